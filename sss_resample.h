@@ -1,0 +1,976 @@
+/* sss_resample.h - v0.1.0 - exit points of subsurface scattering by importance resampling - C99, C++11, OpenCL C
+   SPDX-License-Identifier: MIT. No warranty; the full text is in LICENSE.
+
+   Light enters a translucent surface at one point and leaves at another. This header finds that other point:
+
+       sss_medium wax;      sss_resampler s;      sss_probe probe;      sss_exit exit;
+       sss_burley(&wax, albedo, dmfp);                               // once for each material
+       sss_begin(&s, &wax, NULL, x, n, sss_hash(pixel, sample));     // once for each camera path that meets it
+       while (sss_next_probe(&s, &probe))
+           for (each hit of this object on the segment, nearest first)
+               sss_add_hit(&s, hit.position, hit.normal, 1.0f);
+       if (sss_finish(&s, &exit))
+           radiance += exit.weight * shade_as_white_lambert(exit.position, exit.normal);
+
+   WHAT IT DOES. It implements "Importance Resampling for BSSRDF" (Villemin, Hery, Christensen, Pixar Technical Memo
+   16-05, 2016): probe rays find candidate exits, each is weighed by the diffusion profile over the density that found
+   it, and one (or a few) is picked in proportion to that weight. Only what is picked is shaded. Beyond the memo:
+   weights that are bounded on any geometry, stratified candidates, and a hint of the light at a candidate.
+   WHAT IT DOES NOT. No ray tracing, no Fresnel factors at entry and exit (they are the caller's), no single
+   scattering, no random walk, no allocation, no globals, no input or output, no libm beyond sqrtf and fabsf.
+
+   OPTIONS, to be defined before the include, the same in every file of a program:
+       SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 36 bytes of sss_resampler
+       SSS_MAX_CANDIDATES  256    bounds sss_plan.candidates; costs nothing
+
+   CONVENTIONS
+   Lengths are in scene units, coefficients in their inverse. Normals are geometric, of either sign and any length.
+   The contract: for any irradiance E, the mean over seeds of
+       sum over exits of weight[c] * E(exit)    equals    the integral over the surface of Rd_c(|y - x|) E(y) dA(y).
+   It is exact for every plan that holds SSS_CHORD, for all numbers of candidates and exits. SSS_DISK with
+   SSS_DISK_TANGENTS lacks the tail beyond the radius that holds all but 1e-4 of the widest channel's albedo. SSS_DISK
+   alone misses faces at right angles to the entry's, SSS_SPHERE alone has infinite variance for Burley's profile:
+   both are for smooth surfaces and for teaching.
+   Densities are *intensities*: expected hits per unit of surface area. They integrate to the expected number of hits,
+   not to 1, and so all hits count (front, back, several on one probe), and sums are divided by probes, never by hits.
+   A surface that reports one crossing twice is counted twice; one that misses a crossing loses its light.
+   Bound: without hints one hit adds to exit.weight[c] at most albedo[c] * live channels * 2 / (chord's share of the
+   probes) * 3.02 / candidates; 3.02 (the dipoles' profile over its proposal, measured) is 1 for Burley.
+   Randomness: one 32-bit seed names a lookup; the same seed and hits give the same exits. Use one seed once.
+   Bits: with -ffp-contract=off on the host the CPU and an OpenCL device compute the same bits, up to the bits that a
+   NaN has. -ffast-math is refused. Scaling the scene by a power of two changes no pick and no bit of a weight.
+   Nothing that a caller passes makes a NaN come out: bad media, plans and points are refused by name, bad hits
+   ignored. Everything is reentrant.
+
+   THEORY (numbers in brackets are cited below)
+   [1] A probe is a random segment. If the expected number of times that probe j crosses a surface element dA is
+       mu_j dA, and Lambda = sum over the M probes of mu_j, then  sum over all hits of f / Lambda  has the mean
+       integral f dA: Campbell's theorem, and the balance heuristic over all techniques at once.
+   [2] Resampling (Talbot et al. 2005): with w = g / Lambda for each hit and W their sum, pick one hit with the
+       probability w / W; then f / g * W has the same mean. Its variance is that of M probes divided by M, and, as a
+       floor, that of one exit drawn exactly from g. Here g is the mean of the live channels' unit profiles Rd / A,
+       times the hint of the light: the nearer g is to Rd E, the lower the floor.
+   [3] Disk (King et al. 2013): a line along axis a through a point of the disk about the entry, with planar density
+       P(r_a): mu = P(r_a) |n.a|, r_a the distance from the axis; cut by the ball r <= r_max, 0 outside.
+   [4] Sphere: a whole line in a uniform direction through o, a depth h below the entry:
+       mu = |n.w| / (2 pi |y - o|^2), w the direction from o to y; cut by the same ball.
+   [5] Chord: the segment between two uniform points of the sphere of random radius rho about the entry. With
+       the density -pi rho^2 P'(rho) of rho, mu = P(r) / 2 whatever the hit's normal: the bound above.
+   [6] Burley's profile (Christensen and Burley 2015): Rd = A (e^(-r/d) + e^(-r/3d)) / (8 pi d r).
+   [7] Dipoles (Jensen et al. 2001; d'Eon 2012), k = 4 pi Rd / A, z in {z_r, z_v}, d_z = sqrt(r^2 + z^2), s = sigma_tr:
+       k = flux * sum of z (1 + s d_z) e^(-s d_z) / d_z^3 + fluence * (e^(-s d_r) / d_r - e^(-s d_v) / d_v). */
+#ifndef SSS_RESAMPLE_H
+#define SSS_RESAMPLE_H
+
+/* ---- Language: all that differs between C, C++ and OpenCL C, and what a user may set ---- */
+#if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "sss_resample.h needs IEEE arithmetic: compile without -ffast-math, -ffinite-math-only, -cl-fast-relaxed-math"
+#endif
+#if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#pragma OPENCL FP_CONTRACT OFF
+typedef uint uint32_t;
+#define SSSI_TEXT    __constant char *
+#define SSSI_SQRT(x) sqrt(x)
+#define SSSI_FABS(x) fabs(x)
+static inline uint32_t sssi_bits(float x) { return as_uint(x); }
+static inline float sssi_float(uint32_t u) { return as_float(u); }
+#else
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+#define SSSI_TEXT    const char *
+#define SSSI_SQRT(x) sqrtf(x)
+#define SSSI_FABS(x) fabsf(x)
+static inline uint32_t sssi_bits(float x) {
+    uint32_t u;
+    memcpy(&u, &x, sizeof u);
+    return u;
+}
+static inline float sssi_float(uint32_t u) {
+    float x;
+    memcpy(&x, &u, sizeof x);
+    return x;
+}
+#endif
+#if defined(__GNUC__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#define SSSI_FN static inline __attribute__((always_inline)) /* loops over these vectorise only when inlined */
+#else
+#define SSSI_FN static inline
+#endif
+#ifndef SSS_MAX_EXITS
+#define SSS_MAX_EXITS 4
+#endif
+#ifndef SSS_MAX_CANDIDATES
+#define SSS_MAX_CANDIDATES 256
+#endif
+
+/* ---- Types ---- */
+typedef struct sss_vec3 {
+    float x, y, z;
+} sss_vec3;
+
+typedef enum sss_result {
+    SSS_OK = 0,
+    SSS_BAD_ALBEDO,
+    SSS_BAD_LENGTH,
+    SSS_BAD_ETA,
+    SSS_BAD_NORMAL,
+    SSS_BAD_POSITION,
+    SSS_BAD_PLAN
+} sss_result;
+
+/* A material: three colour channels, all in plain floats. Made by the constructors below; its fields are private. */
+typedef struct sss_medium {
+    int dipole;       /* 0: Burley's profile [6]; 1: a dipole [7] */
+    float albedo[3];  /* A: the integral of Rd over the plane, 0..1 */
+    float length[3];  /* Burley's d or the dipole's z_r; 0: the channel scatters like Lambert, or is black */
+    float zv[3];      /* depth of the dipole's virtual source */
+    float sigma[3];   /* sigma_tr, 1/length */
+    float flux[3];    /* [7], without unit */
+    float fluence[3]; /* [7], 1/length; 0 for the standard dipole */
+    float r_max;      /* holds all but 1e-4 of the widest live channel's albedo */
+} sss_medium;
+
+/* How many probes by which techniques. All zero means: 8 candidates, 1 exit, the default mix, stratified. */
+enum { SSS_DISK = 1, SSS_DISK_TANGENTS = 2, SSS_SPHERE = 4, SSS_CHORD = 8 };
+typedef struct sss_plan {
+    int candidates;      /* M: probes for each lookup, 1..SSS_MAX_CANDIDATES; 0: 8 */
+    int exits;           /* N: exits for each lookup, 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
+    unsigned techniques; /* bits above, which share the probes equally; 0: the default mix */
+    int independent;     /* not 0: the memo's plain algorithm, every choice drawn anew for each candidate */
+} sss_plan;
+
+/* What a scene asks for; lengths in scene units, 0 where not known. */
+typedef struct sss_need {
+    float footprint;        /* width of a pixel on the surface */
+    float curvature_radius; /* of the surface about the entry; half the thickness where the object is thin */
+    float shading_cost;     /* of shading one exit, over that of tracing one probe */
+} sss_need;
+enum { SSS_ADVICE_LAMBERT = 1, SSS_ADVICE_VOLUME = 2 };
+
+typedef struct sss_probe {
+    sss_vec3 origin, direction; /* direction is of unit length */
+    float length;               /* in scene units: the probe is the segment from origin to origin + length * direction */
+} sss_probe;
+
+typedef struct sss_exit {
+    sss_vec3 position, normal; /* as given to sss_add_hit, the normal at unit length */
+    float weight[3];           /* times white Lambert's radiance there: the contract above; >= 0, without unit */
+} sss_exit;
+
+typedef struct sssi_reservoir {
+    float weight; /* sum of w over the hits so far [2] */
+    float plain;  /* the same without hints */
+    float target; /* g times hint of the hit that is held */
+    sss_vec3 position, normal;
+} sssi_reservoir;
+
+enum { SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, SSSI_SPHERE, SSSI_CHORD, SSSI_TECHNIQUES };
+
+/* One lookup: plain values, lives on the stack, its fields are private. */
+typedef struct sss_resampler {
+    sss_medium medium; /* in units of `unit`; channels that are not live hold the lengths of one that is */
+    sss_vec3 position; /* in scene units */
+    sss_vec3 axis[3];  /* normal, tangent, bitangent: orthonormal */
+    float unit;        /* scene units in an inner unit: 2^e <= the longest live length */
+    float mix[3];      /* 1/n for the n live channels, 0 for the others */
+    float lambert;     /* number of Lambert channels over number of live ones, 0 when there are none of the latter */
+    int lambert_only;  /* there are Lambert channels and no live one */
+    float share[SSSI_TECHNIQUES];   /* q of each technique: its expected part of the probes, sums to 1 */
+    int first[SSSI_TECHNIQUES + 1]; /* stratified: technique t has the probes first[t] .. first[t + 1] - 1 */
+    int candidates, exits, independent;
+    int next, hits; /* probes given, hits taken */
+    uint32_t seed;
+    sssi_reservoir reservoir[SSS_MAX_EXITS];
+} sss_resampler;
+
+/* ---- Functions ---- */
+
+/* The name of a result, one line without a full stop. */
+static inline SSSI_TEXT sss_result_string(sss_result result);
+
+/* Media. Albedos in [0, 1]; lengths and coefficients 0 or in [1e-12, 1e12]; eta = n_inside / n_outside in [0.2, 5].
+   Otherwise SSS_BAD_ALBEDO, SSS_BAD_LENGTH or SSS_BAD_ETA, and *m is black: safe to use, no light.
+   A channel of length 0 scatters like Lambert with its albedo. */
+
+/* Christensen and Burley 2015, dmfp = diffuse mean free path, searchlight, eq. 8. Fitted at matched indices. */
+static inline sss_result sss_burley(sss_medium *m, const float albedo[3], const float dmfp[3]);
+/* The same from the volume's mean free path, diffuse transmission, eq. 6. */
+static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], const float mfp[3]);
+/* Jensen et al. 2001, with exact Fresnel moments. sigma_a = sigma_s' = 0 is black. */
+static inline sss_result sss_dipole(sss_medium *m, const float sigma_a[3], const float sigma_s_prime[3], float eta);
+/* d'Eon 2012, "A better dipole": Grosjean's diffusion, multiple scattering only. */
+static inline sss_result sss_better_dipole(sss_medium *m, const float sigma_a[3], const float sigma_s_prime[3],
+                                           float eta);
+/* The dipoles with the total reflectance `albedo` (to 1e-5) and sigma_tr = 1 / dmfp. At albedo 1 that is Lambert. */
+static inline sss_result sss_dipole_from_albedo(sss_medium *m, const float albedo[3], const float dmfp[3], float eta);
+static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const float albedo[3], const float dmfp[3],
+                                                       float eta);
+
+/* Rd(r) of a channel in 0..2, 1/length^2, r >= 0 in scene units; below 1e-6 of the channel's length as at that radius.
+   0 for black and Lambert channels, and for a channel or radius that does not exist. */
+static inline float sss_profile(const sss_medium *m, int channel, float r);
+/* The integral of Rd over the disk of radius r: 0..albedo. */
+static inline float sss_within(const sss_medium *m, int channel, float r);
+
+/* The cheapest plan for a need: the number of candidates, and advice (NULL where not wanted) in SSS_ADVICE_ bits. */
+static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice);
+
+/* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum),
+   SSS_BAD_POSITION (not finite), SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK. */
+static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan, sss_vec3 position,
+                                   sss_vec3 geometric_normal, uint32_t seed);
+/* 1 and a segment to trace while there is another probe, else 0. */
+static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
+/* A hit of the last probe, in order of distance (the mean does not mind the order, the bits do). light: a guess, in any
+   unit, of the light that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes;
+   positive values act as clamped to [2^-40, 2^40] and change the variance, not the mean. */
+static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal, float light);
+/* Writes the exits, an array of plan.exits, and returns their number, 0..plan.exits. None is a fair sample of zero:
+   do not try again. */
+static inline int sss_finish(sss_resampler *s, sss_exit *exits);
+/* Expected hits per unit area and probe at a point of the surface, 1/length^2. */
+static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal);
+/* A well mixed 32-bit hash of two, to name lookups: sss_hash(pixel, sample). */
+static inline uint32_t sss_hash(uint32_t a, uint32_t b);
+
+/* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all arguments used here, against
+   double precision (tests/test_math.c): exp 1.3 ulp, expm1 2 ulp, log 1.7 ulp, sin and cos 1e-7. ---- */
+#define SSSI_PI        3.14159265f
+#define SSSI_FLT_MAX   3.402823466e38f
+#define SSSI_NUDGE     5.9604644e-8f /* 2^-24 */
+#define SSSI_LOWEST    (-70.0f)      /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
+#define SSSI_R_MIN     1e-6f         /* of the length: profiles do not grow below */
+#define SSSI_TAIL      1e-4f         /* what r_max leaves out */
+#define SSSI_LEN_MIN   1e-9f         /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
+#define SSSI_HINT_MIN  9.0949470e-13f /* 2^-40 */
+#define SSSI_HINT_MAX  1.0995116e12f
+
+SSSI_FN float sssi_min(float a, float b) { return a < b ? a : b; }
+SSSI_FN float sssi_max(float a, float b) { return a > b ? a : b; }
+
+/* x = n ln 2 + f: returns 2^n and puts e^f - 1 in *p. x in [-87, 88]; adding 1.5 * 2^23 rounds to nearest. */
+SSSI_FN float sssi_exp_parts(float x, float *p) {
+    float n = (x * 1.44269504f + 12582912.0f) - 12582912.0f;
+    float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+    *p = f + f * f * (0.5f + f * (1.0f / 6 + f * (1.0f / 24 + f * (1.0f / 120 + f * (1.0f / 720 + f / 5040)))));
+    return sssi_float((uint32_t)(127 + (int)n) << 23);
+}
+SSSI_FN float sssi_exp(float x) { /* x <= 80 */
+    float p, scale = sssi_exp_parts(sssi_max(x, SSSI_LOWEST), &p);
+    return scale + scale * p;
+}
+SSSI_FN float sssi_expm1(float x) { /* e^x - 1, accurate about 0 too */
+    float p, scale = sssi_exp_parts(sssi_max(x, SSSI_LOWEST), &p);
+    return scale * p + (scale - 1.0f);
+}
+/* (1 - e^-t) / t, t >= 0: the mean of e^-x over 0..t. */
+SSSI_FN float sssi_mean_exp(float t) { return t > 0.0f ? -sssi_expm1(-t) / t : 1.0f; }
+
+/* ln x for normal x > 0: x = 2^n m with m within [sqrt(1/2), sqrt(2)), and ln m = 2 artanh((m - 1) / (m + 1)). */
+SSSI_FN float sssi_log(float x) {
+    uint32_t u = sssi_bits(x) - 0x3f3504f3u + 0x3f800000u;
+    float n = (float)((int)(u >> 23) - 127);
+    float m = sssi_float((u & 0x007fffffu) + 0x3f3504f3u), f = m - 1.0f, s = f / (2.0f + f), z = s * s;
+    float tail = s * (z * (2.0f / 3 + z * (2.0f / 5 + z * (2.0f / 7 + z * (2.0f / 9)))) - f);
+    return n * 0.693359375f + (f + (tail - n * 2.12194440e-4f));
+}
+/* sin and cos of 2 pi u, u in [0, 1]. */
+SSSI_FN void sssi_sincos_turn(float u, float *s, float *c) {
+    int quarter = (int)(4.0f * u + 0.5f);
+    float x = (u - 0.25f * (float)quarter) * (2.0f * SSSI_PI), z = x * x;
+    float sn = x + x * z * (-1.0f / 6 + z * (1.0f / 120 + z * (-1.0f / 5040 + z / 362880)));
+    float cs = 1.0f + z * (-0.5f + z * (1.0f / 24 + z * (-1.0f / 720 + z / 40320)));
+    float a = (quarter & 1) ? cs : sn, b = (quarter & 1) ? sn : cs;
+    *s = (quarter & 2) ? -a : a;
+    *c = ((quarter + 1) & 2) ? -b : b;
+}
+
+SSSI_FN sss_vec3 sssi_vec3(float x, float y, float z) {
+    sss_vec3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+SSSI_FN sss_vec3 sssi_add(sss_vec3 a, sss_vec3 b) { return sssi_vec3(a.x + b.x, a.y + b.y, a.z + b.z); }
+SSSI_FN sss_vec3 sssi_sub(sss_vec3 a, sss_vec3 b) { return sssi_vec3(a.x - b.x, a.y - b.y, a.z - b.z); }
+SSSI_FN sss_vec3 sssi_mul(sss_vec3 a, float k) { return sssi_vec3(a.x * k, a.y * k, a.z * k); }
+SSSI_FN float sssi_dot(sss_vec3 a, sss_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/* Not true for NaN. */
+SSSI_FN int sssi_finite(sss_vec3 v) {
+    return SSSI_FABS(v.x) <= SSSI_FLT_MAX && SSSI_FABS(v.y) <= SSSI_FLT_MAX && SSSI_FABS(v.z) <= SSSI_FLT_MAX;
+}
+/* Unit length from any length; 0 for a zero or infinite vector or one with a NaN. */
+SSSI_FN int sssi_normalize(sss_vec3 *v) {
+    float m = sssi_max(SSSI_FABS(v->x), sssi_max(SSSI_FABS(v->y), SSSI_FABS(v->z))), length;
+    if (!sssi_finite(*v) || !(m > 0.0f)) return 0;
+    *v = sssi_vec3(v->x / m, v->y / m, v->z / m);
+    length = SSSI_SQRT(sssi_dot(*v, *v));
+    *v = sssi_vec3(v->x / length, v->y / length, v->z / length);
+    return 1;
+}
+/* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT 2017. */
+SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
+    float sign = n.z >= 0.0f ? 1.0f : -1.0f, a = -1.0f / (sign + n.z), c = n.x * n.y * a;
+    *t = sssi_vec3(1.0f + sign * n.x * n.x * a, sign * c, -sign * n.x);
+    *b = sssi_vec3(c, sign + n.y * n.y * a, -n.y);
+}
+
+/* ---- Random numbers ---- */
+SSSI_FN uint32_t sssi_mix(uint32_t x) { /* a bijection in which each bit of the input flips each of the output */
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+static inline uint32_t sss_hash(uint32_t a, uint32_t b) { return sssi_mix(sssi_mix(a + 0x9e3779b9u) ^ b); }
+SSSI_FN float sssi_unit(uint32_t bits) { return ((float)(bits >> 9) + 0.5f) * 1.1920929e-7f; } /* (0, 1) */
+SSSI_FN float sssi_open(float u) { return sssi_min(sssi_max(u, SSSI_NUDGE), 1.0f - SSSI_NUDGE); }
+/* One of n classes by *u, which becomes a uniform number again. */
+SSSI_FN int sssi_class(float *u, int n) {
+    float x = *u * (float)n;
+    int i = (int)x;
+    if (i >= n) i = n - 1;
+    *u = sssi_open(x - (float)i);
+    return i;
+}
+
+/* ---- Media ---- */
+static inline SSSI_TEXT sss_result_string(sss_result result) {
+    switch (result) {
+    case SSS_OK: return "ok";
+    case SSS_BAD_ALBEDO: return "an albedo is not within 0..1";
+    case SSS_BAD_LENGTH: return "a length or coefficient is neither 0 nor within 1e-12..1e12";
+    case SSS_BAD_ETA: return "the relative index of refraction is not within 0.2..5";
+    case SSS_BAD_NORMAL: return "a normal is zero or not finite";
+    case SSS_BAD_POSITION: return "a position is not finite";
+    case SSS_BAD_PLAN: return "a plan has an unknown technique or a count out of range";
+    }
+    return "not a result of sss_resample.h";
+}
+
+SSSI_FN sss_medium sssi_black(void) {
+    sss_medium m;
+    int c;
+    m.dipole = 0;
+    for (c = 0; c < 3; ++c) m.albedo[c] = m.length[c] = m.zv[c] = m.sigma[c] = m.flux[c] = m.fluence[c] = 0.0f;
+    m.r_max = 0.0f;
+    return m;
+}
+SSSI_FN int sssi_is_live(const sss_medium *m, int c) { return m->albedo[c] > 0.0f && m->length[c] > 0.0f; }
+SSSI_FN int sssi_in_range(float x) { return x == 0.0f || (x >= 1e-12f && x <= 1e12f); }
+SSSI_FN sss_result sssi_check(const float *albedo, const float *a, const float *b, float eta) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (albedo && !(albedo[c] >= 0.0f && albedo[c] <= 1.0f)) return SSS_BAD_ALBEDO;
+    for (c = 0; c < 3; ++c)
+        if (!sssi_in_range(a[c]) || (b && !sssi_in_range(b[c]))) return SSS_BAD_LENGTH;
+    return eta >= 0.2f && eta <= 5.0f ? SSS_OK : SSS_BAD_ETA;
+}
+
+/* Unit profile Rd / A of channel c at distance sqrt(r2): [6] and [7]. */
+SSSI_FN float sssi_burley_unit(float d, float r2) {
+    float r = sssi_max(SSSI_SQRT(r2), SSSI_R_MIN * d), e = sssi_exp(-r / (3.0f * d));
+    return (e + e * e * e) / (8.0f * SSSI_PI * d * r);
+}
+SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
+    float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
+    float dr = SSSI_SQRT(r2 + zr * zr), dv = SSSI_SQRT(r2 + zv * zv), far = (zv - zr) * (zv + zr) / (dr + dv);
+    float er = sssi_exp(-s * dr), fall = sssi_expm1(-s * far), ev = er * (1.0f + fall);
+    float poles = zr * (1.0f + s * dr) * er / (dr * dr * dr) + zv * (1.0f + s * dv) * ev / (dv * dv * dv);
+    return m->flux[c] * poles + m->fluence[c] * er * (far - dr * fall) / (dr * dv);
+}
+SSSI_FN float sssi_profile_unit(const sss_medium *m, int c, float r2) {
+    return m->dipole ? sssi_dipole_unit(m, c, r2) : sssi_burley_unit(m->length[c], r2);
+}
+
+/* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller of the two. */
+SSSI_FN float sssi_tail(const sss_medium *m, int c, float r) {
+    float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
+    if (m->dipole) {
+        float dr = SSSI_SQRT(r * r + zr * zr), dv = SSSI_SQRT(r * r + zv * zv), far = (zv - zr) * (zv + zr) / (dr + dv);
+        float er = sssi_exp(-s * dr), poles = zr / dr * er + zv / dv * sssi_exp(-s * dv);
+        return 2.0f * SSSI_PI * (m->flux[c] * poles + m->fluence[c] * er * far * sssi_mean_exp(s * far));
+    } else {
+        float e = sssi_exp(-r / (3.0f * zr));
+        return 0.25f * e * (3.0f + e * e);
+    }
+}
+SSSI_FN float sssi_head(const sss_medium *m, int c, float r) {
+    float s = m->sigma[c], poles[2], waves[2];
+    int i;
+    if (!m->dipole) {
+        float e = sssi_expm1(-r / (3.0f * m->length[c]));
+        return -0.25f * e * (6.0f + e * (3.0f + e));
+    }
+    for (i = 0; i < 2; ++i) { /* l = d_z - z; what is within comes from e^(-s z) (1 - e^(-s l) z / d_z) */
+        float z = i ? m->zv[c] : m->length[c], dz = SSSI_SQRT(r * r + z * z), l = r * (r / (dz + z));
+        poles[i] = sssi_exp(-s * z) * (sssi_exp(-s * l) * (l / dz) - sssi_expm1(-s * l));
+        waves[i] = sssi_exp(-s * z) * l * sssi_mean_exp(s * l);
+    }
+    return 2.0f * SSSI_PI * (m->flux[c] * (poles[0] + poles[1]) + m->fluence[c] * (waves[0] - waves[1]));
+}
+
+/* Sets r_max, the last step of every constructor. Positive floats are in the order of their bits. */
+SSSI_FN void sssi_set_r_max(sss_medium *m) {
+    int c;
+    m->r_max = 0.0f;
+    for (c = 0; c < 3; ++c) {
+        if (sssi_is_live(m, c)) {
+            uint32_t low = sssi_bits(m->length[c]), high = sssi_bits((m->length[c] + m->zv[c]) * 1e5f);
+            while (high - low > 1u) {
+                uint32_t middle = low + (high - low) / 2u;
+                if (sssi_tail(m, c, sssi_float(middle)) > SSSI_TAIL) low = middle;
+                else high = middle;
+            }
+            m->r_max = sssi_max(m->r_max, sssi_float(high));
+        }
+    }
+}
+
+SSSI_FN sss_result sssi_make_burley(sss_medium *m, const float *albedo, const float *path, int diffuse) {
+    sss_result result = sssi_check(albedo, path, 0, 1.0f);
+    int c;
+    *m = sssi_black();
+    if (result != SSS_OK) return result;
+    for (c = 0; c < 3; ++c) {
+        float a = albedo[c], b = a - 0.33f, s = 3.5f + 100.0f * (b * b) * (b * b);
+        if (diffuse) s = 1.9f - a + 3.5f * (a - 0.8f) * (a - 0.8f);
+        m->albedo[c] = a;
+        m->length[c] = path[c] / s;
+    }
+    sssi_set_r_max(m);
+    return SSS_OK;
+}
+static inline sss_result sss_burley(sss_medium *m, const float albedo[3], const float dmfp[3]) {
+    return sssi_make_burley(m, albedo, dmfp, 0);
+}
+static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], const float mfp[3]) {
+    return sssi_make_burley(m, albedo, mfp, 1);
+}
+
+/* The boundary of a dipole: z_v = z_r + 4 A D, and the part of the reflectance that comes from the flux. */
+typedef struct sssi_boundary {
+    int better;
+    float a, flux;
+} sssi_boundary;
+
+/* Moments 2 C1 and 3 C2 of the internal Fresnel reflectance F, C_i = integral of F mu^i dmu over 0..1, mu the cosine
+   inside. y is the cosine on the thin side, z that on the dense; a quintic in place of y makes the midpoint rule
+   converge as a Gauss rule does: 2e-8 for all eta. */
+SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
+    float n = eta > 1.0f ? eta : 1.0f / eta, n2 = (n - 1.0f) * (n + 1.0f), c1 = 0.0f, c2 = 0.0f;
+    sssi_boundary b;
+    int i;
+    for (i = 0; i < 32; ++i) {
+        float x = ((float)i + 0.5f) / 32, y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
+        float dy = 30.0f / 32 * (x * (1.0f - x)) * (x * (1.0f - x)), z = SSSI_SQRT(y * y + n2) / n;
+        float rs = (y - n * z) / (y + n * z), rp = (n * y - z) / (n * y + z);
+        float f = 0.5f * (rs * rs + rp * rp) * y * dy;
+        c1 += f;
+        c2 += f * (eta > 1.0f ? z : y);
+    }
+    if (eta > 1.0f) { /* mu dmu = y dy / n^2, and all is reflected beyond the critical angle */
+        float critical = n2 / (n * n);
+        c1 = c1 / (n * n) + critical / 2;
+        c2 = c2 / (n * n) + critical * SSSI_SQRT(critical) / 3;
+    }
+    b.better = better;
+    b.a = (1.0f + (better ? 3.0f * c2 : 2.0f * c1)) / (1.0f - 2.0f * c1);
+    b.flux = better ? 0.5f * (1.0f - 3.0f * c2) : 1.0f;
+    return b;
+}
+
+/* A dipole in units of 1 / sigma_t', named by x = sqrt(sigma_a / sigma_s'), so that both albedo' = 1 / (1 + x^2) and
+   its complement keep all their digits. */
+typedef struct sssi_shape {
+    float sigma, depth; /* sigma_tr, z_v - z_r */
+    float core;         /* R without the power of albedo' in front */
+    float total, lack;  /* reflectance and 1 - reflectance, each to relative precision */
+} sssi_shape;
+
+SSSI_FN sssi_shape sssi_make_shape(const sssi_boundary *b, float x) {
+    float p = x * x / (1.0f + x * x), alpha = 1.0f / (1.0f + x * x), front, dark, t, slope, er, ev;
+    sssi_shape h;
+    h.sigma = SSSI_SQRT(b->better ? 3.0f * p / (1.0f + p) : 3.0f * p);
+    h.depth = 4.0f / 3 * b->a * (b->better ? 1.0f + p : 1.0f);
+    t = h.sigma * h.depth;
+    er = sssi_expm1(-h.sigma);
+    ev = sssi_expm1(-h.sigma - t);
+    slope = t < 0.5f ? t / 2 * (1.0f - t / 3 * (1.0f - t / 4 * (1.0f - t / 5 * (1.0f - t / 6 * (1.0f - t / 7)))))
+                     : (t + sssi_expm1(-t)) / t; /* 1 - (1 - e^-t) / t */
+    h.core = b->flux * (1.0f + 0.5f * (er + ev)) + (1.0f - b->flux) * (1.0f + er) * sssi_mean_exp(t);
+    dark = -0.5f * b->flux * (er + ev) + (1.0f - b->flux) * ((1.0f + er) * slope - er); /* 1 - core */
+    front = b->better ? alpha * alpha : alpha;
+    h.total = front * h.core;
+    h.lack = (b->better ? p * (2.0f - p) : p) + front * dark;
+    return h;
+}
+/* Channel c with the shape x and the reduced mean free path z_r. */
+SSSI_FN void sssi_set_dipole(sss_medium *m, int c, const sssi_boundary *b, const sssi_shape *h, float zr) {
+    m->length[c] = zr;
+    m->zv[c] = zr + zr * h->depth;
+    m->sigma[c] = h->sigma / zr;
+    m->flux[c] = b->flux / (4.0f * SSSI_PI * h->core);
+    m->fluence[c] = (1.0f - b->flux) / (2.0f * SSSI_PI * h->core * h->depth * zr);
+}
+SSSI_FN sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, const float *sigma_s, float eta, int better) {
+    sss_result result = sssi_check(0, sigma_a, sigma_s, eta);
+    sssi_boundary b;
+    int c;
+    *m = sssi_black();
+    if (result != SSS_OK) return result;
+    b = sssi_make_boundary(eta, better);
+    m->dipole = 1;
+    for (c = 0; c < 3; ++c) {
+        if (sigma_s[c] > 0.0f) {
+            sssi_shape h = sssi_make_shape(&b, SSSI_SQRT(sigma_a[c] / sigma_s[c]));
+            m->albedo[c] = sssi_min(h.total, 1.0f);
+            sssi_set_dipole(m, c, &b, &h, 1.0f / (sigma_a[c] + sigma_s[c]));
+        }
+    }
+    sssi_set_r_max(m);
+    return SSS_OK;
+}
+/* The total falls as x grows: bisection on the bits of x, with the smaller of total and lack compared. */
+SSSI_FN sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, const float *dmfp, float eta, int better) {
+    sss_result result = sssi_check(albedo, dmfp, 0, eta);
+    sssi_boundary b;
+    int c;
+    *m = sssi_black();
+    if (result != SSS_OK) return result;
+    b = sssi_make_boundary(eta, better);
+    m->dipole = 1;
+    for (c = 0; c < 3; ++c) {
+        m->albedo[c] = albedo[c];
+        if (albedo[c] > 0.0f && albedo[c] < 1.0f && dmfp[c] > 0.0f) {
+            uint32_t low = sssi_bits(1e-15f), high = sssi_bits(1e15f);
+            sssi_shape h;
+            while (high - low > 1u) {
+                uint32_t middle = low + (high - low) / 2u;
+                h = sssi_make_shape(&b, sssi_float(middle));
+                if (albedo[c] < 0.5f ? h.total > albedo[c] : h.lack < 1.0f - albedo[c]) low = middle;
+                else high = middle;
+            }
+            h = sssi_make_shape(&b, sssi_float(high));
+            sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]);
+        }
+    }
+    sssi_set_r_max(m);
+    return SSS_OK;
+}
+static inline sss_result sss_dipole(sss_medium *m, const float sigma_a[3], const float sigma_s_prime[3], float eta) {
+    return sssi_make_dipole(m, sigma_a, sigma_s_prime, eta, 0);
+}
+static inline sss_result sss_better_dipole(sss_medium *m, const float sigma_a[3], const float sigma_s_prime[3],
+                                           float eta) {
+    return sssi_make_dipole(m, sigma_a, sigma_s_prime, eta, 1);
+}
+static inline sss_result sss_dipole_from_albedo(sss_medium *m, const float albedo[3], const float dmfp[3], float eta) {
+    return sssi_invert_dipole(m, albedo, dmfp, eta, 0);
+}
+static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const float albedo[3], const float dmfp[3],
+                                                       float eta) {
+    return sssi_invert_dipole(m, albedo, dmfp, eta, 1);
+}
+
+static inline float sss_profile(const sss_medium *m, int channel, float r) {
+    float k;
+    if (channel < 0 || channel > 2 || !(r >= 0.0f) || !sssi_is_live(m, channel)) return 0.0f;
+    k = sssi_min(r, 1e4f * m->r_max);
+    return m->albedo[channel] * sssi_profile_unit(m, channel, k * k);
+}
+static inline float sss_within(const sss_medium *m, int channel, float r) {
+    float tail;
+    if (channel < 0 || channel > 2 || !(r >= 0.0f)) return 0.0f;
+    if (!sssi_is_live(m, channel)) return m->albedo[channel];
+    tail = sssi_tail(m, channel, sssi_min(r, 1e8f * m->r_max));
+    return m->albedo[channel] * sssi_max(tail > 0.5f ? sssi_head(m, channel, r) : 1.0f - tail, 0.0f);
+}
+
+/* ---- Plan ---- */
+static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice) {
+    sss_plan plan;
+    unsigned bits = 0;
+    int c, live = 0;
+    plan.candidates = plan.exits = plan.independent = 0;
+    plan.techniques = 0;
+    for (c = 0; c < 3; ++c) {
+        float r = need->curvature_radius;
+        if (!sssi_is_live(m, c)) continue;
+        live = 1;
+        if (r > 0.0f && sss_within(m, c, 2.0f * r) < 0.9f * m->albedo[c]) bits |= SSS_ADVICE_VOLUME;
+    }
+    if (!live || need->footprint > m->r_max) bits = SSS_ADVICE_LAMBERT;
+    if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p) */
+        float best = SSSI_SQRT(4.0f * sssi_min(need->shading_cost, 1e4f));
+        plan.candidates = (int)sssi_min(sssi_max(best + 0.5f, 1.0f), 64.0f);
+    }
+    if (advice) *advice = bits;
+    return plan;
+}
+
+/* Shares of a plan's techniques: equal over the set bits, and of the two tangents. */
+SSSI_FN void sssi_set_shares(sss_resampler *s, unsigned bits) {
+    float each;
+    int t, n = 0;
+    for (t = 0; t < 4; ++t) n += (int)(bits >> t & 1u);
+    each = 1.0f / (float)(n > 0 ? n : 1);
+    s->share[SSSI_NORMAL] = bits & SSS_DISK ? each : 0.0f;
+    s->share[SSSI_TANGENT] = s->share[SSSI_BITANGENT] = bits & SSS_DISK_TANGENTS ? 0.5f * each : 0.0f;
+    s->share[SSSI_SPHERE] = bits & SSS_SPHERE ? each : 0.0f;
+    s->share[SSSI_CHORD] = bits & SSS_CHORD ? each : 0.0f;
+}
+/* Whole probes for each technique: floor or ceiling of M q, M q in the mean, by systematic sampling with one uniform. */
+SSSI_FN void sssi_set_counts(sss_resampler *s) {
+    float u = sssi_unit(sss_hash(s->seed, 0x5eedu)), sum = 0.0f;
+    int t;
+    s->first[0] = 0;
+    for (t = 0; t < SSSI_TECHNIQUES; ++t) {
+        float whole, expected;
+        sum += s->share[t];
+        expected = sum * (float)s->candidates;
+        whole = (float)(int)expected;
+        s->first[t + 1] = (int)whole + (expected - whole > u);
+    }
+    s->first[SSSI_TECHNIQUES] = s->candidates;
+}
+
+SSSI_FN sss_result sssi_check_lookup(const sss_plan *plan, sss_vec3 position, sss_vec3 *normal) {
+    if (plan->candidates < 0 || plan->candidates > SSS_MAX_CANDIDATES || plan->exits < 0 ||
+        plan->exits > SSS_MAX_EXITS || plan->techniques > 15u)
+        return SSS_BAD_PLAN;
+    if (!sssi_finite(position)) return SSS_BAD_POSITION;
+    return sssi_normalize(normal) ? SSS_OK : SSS_BAD_NORMAL;
+}
+/* The medium in units of 2^e <= its longest live length, and the channels' parts in the mixtures. */
+SSSI_FN void sssi_set_medium(sss_resampler *s, const sss_medium *m) {
+    float longest = 0.0f, inverse;
+    int c, wide = 0, live = 0, lambert = 0;
+    s->medium = *m;
+    for (c = 0; c < 3; ++c) {
+        live += sssi_is_live(m, c);
+        lambert += m->albedo[c] > 0.0f && !sssi_is_live(m, c);
+        if (sssi_is_live(m, c) && m->length[c] > longest) longest = m->length[c], wide = c;
+    }
+    s->lambert = live ? (float)lambert / (float)live : 0.0f;
+    s->lambert_only = lambert && !live;
+    s->unit = live ? sssi_float(sssi_bits(longest) & 0x7f800000u) : 1.0f;
+    inverse = 1.0f / s->unit;
+    for (c = 0; c < 3; ++c) {
+        int from = sssi_is_live(m, c) ? c : wide;
+        s->mix[c] = sssi_is_live(m, c) ? 1.0f / (float)live : 0.0f;
+        s->medium.length[c] = sssi_max(m->length[from] * inverse, SSSI_LEN_MIN);
+        s->medium.zv[c] = m->zv[from] * inverse;
+        s->medium.sigma[c] = m->sigma[from] * s->unit;
+        s->medium.flux[c] = m->flux[from];
+        s->medium.fluence[c] = m->fluence[from] * s->unit;
+    }
+    s->medium.r_max = m->r_max * inverse;
+}
+static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan, sss_vec3 position,
+                                   sss_vec3 geometric_normal, uint32_t seed) {
+    sss_plan given;
+    sss_result result;
+    int i, live;
+    given.candidates = given.exits = given.independent = 0;
+    given.techniques = 0;
+    if (plan) given = *plan;
+    result = sssi_check_lookup(&given, position, &geometric_normal);
+    sssi_set_medium(s, m);
+    live = s->mix[0] + s->mix[1] + s->mix[2] > 0.0f;
+    if (result != SSS_OK) {
+        position = sssi_vec3(0.0f, 0.0f, 0.0f);
+        geometric_normal = sssi_vec3(0.0f, 0.0f, 1.0f);
+        live = s->lambert_only = 0;
+        s->lambert = 0.0f;
+        given.exits = 0;
+    }
+    s->position = position;
+    s->axis[SSSI_NORMAL] = geometric_normal;
+    sssi_frame(geometric_normal, &s->axis[SSSI_TANGENT], &s->axis[SSSI_BITANGENT]);
+    s->candidates = !live ? 0 : given.candidates ? given.candidates : 8;
+    s->exits = result != SSS_OK ? 0 : given.exits ? given.exits : 1;
+    s->independent = given.independent;
+    s->next = s->hits = 0;
+    s->seed = seed;
+    sssi_set_shares(s, given.techniques ? given.techniques : (unsigned)(SSS_DISK | SSS_CHORD));
+    sssi_set_counts(s);
+    for (i = 0; i < SSS_MAX_EXITS; ++i) {
+        s->reservoir[i].weight = s->reservoir[i].plain = s->reservoir[i].target = 0.0f;
+        s->reservoir[i].position = s->reservoir[i].normal = geometric_normal;
+    }
+    return result;
+}
+
+/* ---- Probes ---- */
+
+/* Dimension `dim` of probe k of the n that share a technique: a jittered stratum, in an order of its own for each
+   dimension (a Latin hypercube); independent probes have n = 1 stratum. The order is a bijection of 0..n-1: one of
+   the next power of two, walked until it lands inside. */
+SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim) {
+    uint32_t key = sss_hash(s->seed, dim << 16), i = (uint32_t)k, mask = (uint32_t)n - 1u;
+    uint32_t jitter = sss_hash(s->seed, (dim << 16) + (uint32_t)s->next);
+    mask |= mask >> 1;
+    mask |= mask >> 2;
+    mask |= mask >> 4;
+    mask |= mask >> 8;
+    do {
+        i = ((i ^ key) * (key >> 8 | 1u)) & mask;
+        i ^= i >> 1;
+        i = (i * (key >> 16 | 1u) + (key >> 4)) & mask;
+    } while (i >= (uint32_t)n);
+    return sssi_open(((float)i + sssi_unit(jitter)) / (float)n);
+}
+
+/* The proposal P of channel c, a unit density over the plane: Burley's profile itself, and for the dipoles the two
+   poles p(z; r) = z / (2 pi (r^2 + z^2)^1.5) with 1/4 each and Burley's profile at d = 1 / (3 sigma_tr) with 1/2,
+   which is left out at sigma_tr = 0. */
+SSSI_FN float sssi_pole(float z, float r2) {
+    float dz2 = r2 + z * z;
+    return z / (2.0f * SSSI_PI * dz2 * SSSI_SQRT(dz2));
+}
+SSSI_FN float sssi_proposal(const sss_medium *m, int c, float r2) {
+    float poles;
+    if (!m->dipole) return sssi_burley_unit(m->length[c], r2);
+    poles = 0.5f * (sssi_pole(m->length[c], r2) + sssi_pole(m->zv[c], r2));
+    return m->sigma[c] > 0.0f ? 0.5f * (poles + sssi_burley_unit(1.0f / (3.0f * m->sigma[c]), r2)) : poles;
+}
+
+/* A distance with density 2 pi r P(r) from a uniform u; Burley: u is the tail x (x^2 + 3) / 4, x = e^(-r/3d). */
+SSSI_FN float sssi_burley_radius(float d, float u) {
+    float x = u * (4.0f / 3 - u / 3);
+    x -= (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
+    x -= (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
+    return -3.0f * d * sssi_log(sssi_min(x, 1.0f));
+}
+/* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: u = 3/4 e (1 + t/2) + 1/4 e^3 (1 + 3t/2),
+   t = rho / 3d, e = e^-t, by two steps of Halley from a guess good to 5 %. */
+SSSI_FN float sssi_burley_chord(float d, float u) {
+    float l = -sssi_log(u), t = l + l / (3.6f + 0.27f * l);
+    int i;
+    for (i = 0; i < 2; ++i) {
+        float e = sssi_exp(-t), e3 = e * e * e;
+        float f = 0.75f * e * (1.0f + 0.5f * t) + 0.25f * e3 * (1.0f + 1.5f * t) - u;
+        float d1 = -0.375f * (e * (1.0f + t) + e3 * (1.0f + 3.0f * t)), d2 = 0.375f * t * (e + 9.0f * e3);
+        t -= f * d1 / (d1 * d1 - 0.5f * f * d2);
+    }
+    return 3.0f * d * sssi_max(t, 0.0f);
+}
+/* The same for a pole: the distance to it is z / c, with c = u on disks; u = (3c - c^3) / 2 for chords, that is
+   1 - u = v = e^2 (3 - e) / 2, e = 1 - c, by Newton. */
+SSSI_FN float sssi_pole_radius(float z, float c) { return z * SSSI_SQRT((1.0f - c) * (1.0f + c)) / c; }
+SSSI_FN float sssi_pole_chord(float z, float u) {
+    float v = 1.0f - u, e = SSSI_SQRT(v * (2.0f / 3 + v / 3));
+    int i;
+    for (i = 0; i < 3; ++i) e -= (e * e * (3.0f - e) - 2.0f * v) / (3.0f * e * (2.0f - e));
+    return sssi_pole_radius(z, sssi_max(1.0f - e, SSSI_NUDGE));
+}
+/* A radius of channel c, for a disk or a chord; u also picks the part of the proposal. */
+SSSI_FN float sssi_radius(const sss_medium *m, int c, float u, int chord) {
+    float d = m->length[c];
+    if (m->dipole) {
+        int part = sssi_class(&u, m->sigma[c] > 0.0f ? 4 : 2);
+        float z = part == 0 ? m->length[c] : m->zv[c];
+        if (part < 2) return chord ? sssi_pole_chord(z, u) : sssi_pole_radius(z, u);
+        u = sssi_open(0.5f * (u + (float)(part - 2)));
+        d = 1.0f / (3.0f * m->sigma[c]);
+    }
+    return chord ? sssi_burley_chord(d, u) : sssi_burley_radius(d, u);
+}
+/* A live channel by *u, which becomes a uniform number again. */
+SSSI_FN int sssi_channel(const sss_resampler *s, float *u) {
+    int live = (s->mix[0] > 0.0f) + (s->mix[1] > 0.0f) + (s->mix[2] > 0.0f), i = sssi_class(u, live), c = 0;
+    while (s->mix[c] == 0.0f || i-- > 0) ++c;
+    return c;
+}
+
+/* A vector of the frame whose third axis is `third` of the lookup's axes, 0..2. */
+SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, int third, float x, float y, float z) {
+    sss_vec3 a = s->axis[third], b = s->axis[third == 2 ? 0 : third + 1], c = s->axis[third == 0 ? 2 : third - 1];
+    return sssi_add(sssi_add(sssi_mul(b, x), sssi_mul(c, y)), sssi_mul(a, z));
+}
+/* A segment from a to b, both about the entry in inner units, as the caller's probe; 0 where it has no length. */
+SSSI_FN int sssi_set_probe(const sss_resampler *s, sss_vec3 a, sss_vec3 b, sss_probe *probe) {
+    sss_vec3 d = sssi_sub(b, a);
+    float length = SSSI_SQRT(sssi_dot(d, d));
+    if (!sssi_normalize(&d)) return 0;
+    probe->origin = sssi_add(s->position, sssi_mul(a, s->unit));
+    probe->direction = d;
+    probe->length = length * s->unit;
+    return length > 0.0f;
+}
+/* [3] */
+SSSI_FN int sssi_disk_probe(const sss_resampler *s, int axis, int k, int n, sss_probe *probe) {
+    float u = sssi_dimension(s, k, n, 1), sn, cs, r, h2;
+    int c = sssi_channel(s, &u);
+    sssi_sincos_turn(sssi_dimension(s, k, n, 2), &sn, &cs);
+    r = sssi_radius(&s->medium, c, u, 0);
+    h2 = s->medium.r_max * s->medium.r_max - r * r;
+    if (!(h2 > 0.0f)) return 0;
+    return sssi_set_probe(s, sssi_in_frame(s, axis, r * cs, r * sn, SSSI_SQRT(h2)),
+                          sssi_in_frame(s, axis, r * cs, r * sn, -SSSI_SQRT(h2)), probe);
+}
+/* [4] */
+SSSI_FN int sssi_sphere_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
+    float u = sssi_dimension(s, k, n, 3), sn, cs, h, rim, reach, r_max = s->medium.r_max;
+    int c = sssi_channel(s, &u); /* u is the cosine between line and normal */
+    sssi_sincos_turn(sssi_dimension(s, k, n, 4), &sn, &cs);
+    h = s->medium.length[c];
+    rim = SSSI_SQRT((1.0f - u) * (1.0f + u));
+    reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * u * u);
+    return sssi_set_probe(
+        s, sssi_in_frame(s, SSSI_NORMAL, (h * u + reach) * rim * cs, (h * u + reach) * rim * sn, (h * u + reach) * u - h),
+        sssi_in_frame(s, SSSI_NORMAL, (h * u - reach) * rim * cs, (h * u - reach) * rim * sn, (h * u - reach) * u - h),
+        probe);
+}
+/* [5]. Half of the chords join the two sides of the tangent plane, the others lie above or below it. */
+SSSI_FN int sssi_chord_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
+    float u = sssi_dimension(s, k, n, 5), za = sssi_dimension(s, k, n, 6), zb = sssi_dimension(s, k, n, 7);
+    float sa, ca, sb, cb, ra, rb, rho;
+    int c = sssi_channel(s, &u), side = sssi_class(&za, 4);
+    rho = sssi_radius(&s->medium, c, u, 1);
+    sssi_sincos_turn(sssi_dimension(s, k, n, 8), &sa, &ca);
+    sssi_sincos_turn(sssi_dimension(s, k, n, 9), &sb, &cb);
+    ra = rho * SSSI_SQRT((1.0f - za) * (1.0f + za));
+    rb = rho * SSSI_SQRT((1.0f - zb) * (1.0f + zb));
+    return sssi_set_probe(s, sssi_in_frame(s, SSSI_NORMAL, ra * ca, ra * sa, side == 3 ? -rho * za : rho * za),
+                          sssi_in_frame(s, SSSI_NORMAL, rb * cb, rb * sb, side == 2 ? rho * zb : -rho * zb), probe);
+}
+
+static inline int sss_next_probe(sss_resampler *s, sss_probe *probe) {
+    while (s->next < s->candidates) {
+        int j = s->next++, t = 0, k = 0, n = 1, found;
+        if (s->independent) {
+            float u = sssi_unit(sss_hash(s->seed, (uint32_t)s->next)), sum = s->share[0];
+            while (u > sum && t < SSSI_CHORD) sum += s->share[++t];
+        } else {
+            while (j >= s->first[t + 1]) ++t;
+            k = j - s->first[t];
+            n = s->first[t + 1] - s->first[t];
+        }
+        if (t == SSSI_CHORD) found = sssi_chord_probe(s, k, n, probe);
+        else if (t == SSSI_SPHERE) found = sssi_sphere_probe(s, k, n, probe);
+        else found = sssi_disk_probe(s, t, k, n, probe);
+        if (found) return 1;
+    }
+    return 0;
+}
+
+/* ---- Weights ---- */
+SSSI_FN float sssi_mean_proposal(const sss_resampler *s, float r2) {
+    float p[3];
+    int c;
+    for (c = 0; c < 3; ++c) p[c] = sssi_proposal(&s->medium, c, r2);
+    return s->mix[0] * p[0] + s->mix[1] * p[1] + s->mix[2] * p[2];
+}
+SSSI_FN float sssi_sphere_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
+    float sum = 0.0f;
+    int c;
+    for (c = 0; c < 3; ++c) {
+        sss_vec3 v = sssi_add(x, sssi_mul(s->axis[SSSI_NORMAL], s->medium.length[c]));
+        float v2 = sssi_dot(v, v);
+        sum += s->mix[c] * SSSI_FABS(sssi_dot(n, v)) / (2.0f * SSSI_PI * v2 * SSSI_SQRT(v2));
+    }
+    return sum;
+}
+/* The intensity that every weight uses: expected hits per area and probe at x about the entry, in inner units. */
+SSSI_FN float sssi_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
+    float r2 = sssi_dot(x, x), mu = 0.0f;
+    int a;
+    if (r2 <= s->medium.r_max * s->medium.r_max) {
+        for (a = 0; a < 3; ++a) {
+            float along = sssi_dot(x, s->axis[a]);
+            if (s->share[a] > 0.0f)
+                mu += s->share[a] * SSSI_FABS(sssi_dot(n, s->axis[a])) *
+                      sssi_mean_proposal(s, sssi_max(r2 - along * along, 0.0f));
+        }
+        if (s->share[SSSI_SPHERE] > 0.0f) mu += s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, x, n);
+    }
+    if (s->share[SSSI_CHORD] > 0.0f) mu += 0.5f * s->share[SSSI_CHORD] * sssi_mean_proposal(s, r2);
+    return mu;
+}
+/* g */
+SSSI_FN float sssi_target(const sss_resampler *s, float r2) {
+    float g[3];
+    int c;
+    for (c = 0; c < 3; ++c) g[c] = sssi_profile_unit(&s->medium, c, r2);
+    return s->mix[0] * g[0] + s->mix[1] * g[1] + s->mix[2] * g[2];
+}
+SSSI_FN sss_vec3 sssi_offset(const sss_resampler *s, sss_vec3 position) {
+    return sssi_mul(sssi_sub(position, s->position), 1.0f / s->unit);
+}
+static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal) {
+    float mu;
+    if (!s->candidates || !sssi_finite(position) || !sssi_normalize(&geometric_normal)) return 0.0f;
+    mu = sssi_intensity(s, sssi_offset(s, position), geometric_normal);
+    return mu >= 0.0f ? mu / (s->unit * s->unit) : 0.0f;
+}
+
+/* ---- Pick ---- */
+static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal, float light) {
+    sssi_reservoir *held;
+    sss_vec3 x;
+    float r2, target, plain, weight, pick;
+    if (s->next == 0 || !(light > 0.0f && light <= SSSI_FLT_MAX)) return;
+    if (!sssi_finite(position) || !sssi_normalize(&geometric_normal)) return;
+    x = sssi_offset(s, position);
+    r2 = sssi_dot(x, x);
+    if (!(r2 <= SSSI_FLT_MAX)) return;
+    target = sssi_target(s, r2);
+    plain = target / (sssi_intensity(s, x, geometric_normal) * (float)s->candidates);
+    light = sssi_min(sssi_max(light, SSSI_HINT_MIN), SSSI_HINT_MAX);
+    weight = plain * light;
+    if (!(plain > 0.0f && weight > 0.0f && weight <= SSSI_FLT_MAX)) return; /* not NaN either */
+    held = &s->reservoir[(s->next - 1) % s->exits];
+    held->plain += plain;
+    held->weight += weight;
+    pick = sssi_unit(sss_hash(s->seed, 0x70000000u + (uint32_t)s->hits++));
+    if (pick * held->weight < weight) {
+        held->target = target * light;
+        held->position = position;
+        held->normal = geometric_normal;
+    }
+}
+
+/* The entry itself, for the Lambert channels of a medium that has live ones too: it stands in the first reservoir with
+   the weight lambert * W / H (H the weights without hints), which gives it the probability below. */
+SSSI_FN int sssi_finish_lambert(const sss_resampler *s, float h, sss_exit *exit) {
+    float chance = s->lambert_only ? 1.0f : s->lambert / (s->lambert + h);
+    int c;
+    if (!(sssi_unit(sss_hash(s->seed, 0x60000000u)) < chance)) return 0;
+    exit->position = s->position;
+    exit->normal = s->axis[SSSI_NORMAL];
+    for (c = 0; c < 3; ++c) exit->weight[c] = s->mix[c] > 0.0f ? 0.0f : s->medium.albedo[c] / chance;
+    return 1;
+}
+static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
+    int i, c, count = 0;
+    for (i = 0; i < s->exits; ++i) {
+        sssi_reservoir *held = &s->reservoir[i];
+        float r2, weight = held->weight;
+        sss_vec3 x = sssi_offset(s, held->position);
+        if (i == 0 && (s->lambert > 0.0f || s->lambert_only)) {
+            if (sssi_finish_lambert(s, held->plain, &exits[count])) {
+                ++count;
+                continue;
+            }
+            weight += s->lambert * held->weight / held->plain;
+        }
+        if (!(weight > 0.0f)) continue;
+        r2 = sssi_dot(x, x);
+        exits[count].position = held->position;
+        exits[count].normal = held->normal;
+        for (c = 0; c < 3; ++c)
+            exits[count].weight[c] = s->mix[c] > 0.0f ? s->medium.albedo[c] * sssi_profile_unit(&s->medium, c, r2) *
+                                                            (weight / held->target)
+                                                      : 0.0f;
+        ++count;
+    }
+    return count;
+}
+
+#endif /* SSS_RESAMPLE_H */
