@@ -613,20 +613,21 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, u
     return plan;
 }
 
-/* Shares of a plan's techniques: equal over the set bits, and of the two tangents. */
+/* Shares of a plan's techniques: equal over the set bits, and of the two tangents. The default mix was chosen by
+   measurement (demos/mix.c): the sphere finds curved and thin bodies, the disk flat ones, the chord bounds the weights. */
 SSSI_FN void sssi_set_shares(sss_resampler *s, unsigned bits) {
     float each;
     int t, n = 0;
     for (t = 0; t < 4; ++t) n += (int)(bits >> t & 1u);
     each = 1.0f / (float)(n > 0 ? n : 1);
-    s->share[SSSI_NORMAL] = bits & SSS_DISK ? each : 0.0f;
+    s->share[SSSI_NORMAL] = !bits ? 0.375f : bits & SSS_DISK ? each : 0.0f;
     s->share[SSSI_TANGENT] = s->share[SSSI_BITANGENT] = bits & SSS_DISK_TANGENTS ? 0.5f * each : 0.0f;
-    s->share[SSSI_SPHERE] = bits & SSS_SPHERE ? each : 0.0f;
-    s->share[SSSI_CHORD] = bits & SSS_CHORD ? each : 0.0f;
+    s->share[SSSI_SPHERE] = !bits ? 0.375f : bits & SSS_SPHERE ? each : 0.0f;
+    s->share[SSSI_CHORD] = !bits ? 0.25f : bits & SSS_CHORD ? each : 0.0f;
 }
 /* Whole probes for each technique: floor or ceiling of M q, M q in the mean, by systematic sampling with one uniform. */
 SSSI_FN void sssi_set_counts(sss_resampler *s) {
-    float u = sssi_unit(sss_hash(s->seed, 0x5eedu)), sum = 0.0f;
+    float u = sssi_unit(sss_hash(s->seed, 0x40000000u)), sum = 0.0f;
     int t;
     s->first[0] = 0;
     for (t = 0; t < SSSI_TECHNIQUES; ++t) {
@@ -697,7 +698,7 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
     s->independent = given.independent;
     s->next = s->hits = 0;
     s->seed = seed;
-    sssi_set_shares(s, given.techniques ? given.techniques : (unsigned)(SSS_DISK | SSS_CHORD));
+    sssi_set_shares(s, given.techniques);
     sssi_set_counts(s);
     for (i = 0; i < SSS_MAX_EXITS; ++i) {
         s->reservoir[i].weight = s->reservoir[i].plain = s->reservoir[i].target = 0.0f;
@@ -708,12 +709,13 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
 
 /* ---- Probes ---- */
 
-/* Dimension `dim` of probe k of the n that share a technique: a jittered stratum, in an order of its own for each
-   dimension (a Latin hypercube); independent probes have n = 1 stratum. The order is a bijection of 0..n-1: one of
-   the next power of two, walked until it lands inside. */
-SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim) {
+/* Random numbers of probe k of the n that share a technique: one to each of n strata, in an order of its own for each
+   dimension (a Latin hypercube). The order is a bijection of 0..n-1: one of the next power of two, walked until it lands
+   inside. Independent probes have a stratum to themselves, n = 1. */
+enum { SSSI_CHANNEL, SSSI_PART, SSSI_RADIUS, SSSI_TURN, SSSI_SIDE, SSSI_COSINE, SSSI_TURN_B, SSSI_DIMENSIONS };
+
+SSSI_FN float sssi_stratum(const sss_resampler *s, int k, int n, uint32_t dim, uint32_t jitter) {
     uint32_t key = sss_hash(s->seed, dim << 16), i = (uint32_t)k, mask = (uint32_t)n - 1u;
-    uint32_t jitter = sss_hash(s->seed, (dim << 16) + (uint32_t)s->next);
     mask |= mask >> 1;
     mask |= mask >> 2;
     mask |= mask >> 4;
@@ -724,6 +726,13 @@ SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim)
         i = (i * (key >> 16 | 1u) + (key >> 4)) & mask;
     } while (i >= (uint32_t)n);
     return sssi_open(((float)i + sssi_unit(jitter)) / (float)n);
+}
+SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim) {
+    return sssi_stratum(s, k, n, dim, sss_hash(s->seed, (dim << 16) + (uint32_t)s->next));
+}
+/* The same for an angle, in turns: the n angles are evenly spaced, as all strata share their jitter. */
+SSSI_FN float sssi_angle(const sss_resampler *s, int k, int n, uint32_t dim) {
+    return sssi_stratum(s, k, n, dim, sss_hash(s->seed, (dim << 16) + (s->independent ? (uint32_t)s->next : 0xffffu)));
 }
 
 /* The proposal P of channel c, a unit density over the plane: Burley's profile itself, and for the dipoles the two
@@ -769,21 +778,20 @@ SSSI_FN float sssi_pole_chord(float z, float u) {
     for (i = 0; i < 3; ++i) e -= (e * e * (3.0f - e) - 2.0f * v) / (3.0f * e * (2.0f - e));
     return sssi_pole_radius(z, sssi_max(1.0f - e, SSSI_NUDGE));
 }
-/* A radius of channel c, for a disk or a chord; u also picks the part of the proposal. */
-SSSI_FN float sssi_radius(const sss_medium *m, int c, float u, int chord) {
+/* A radius of channel c from u, for a disk or a chord; `part` picks among the parts of the proposal. */
+SSSI_FN float sssi_radius(const sss_medium *m, int c, float part, float u, int chord) {
     float d = m->length[c];
     if (m->dipole) {
-        int part = sssi_class(&u, m->sigma[c] > 0.0f ? 4 : 2);
-        float z = part == 0 ? m->length[c] : m->zv[c];
-        if (part < 2) return chord ? sssi_pole_chord(z, u) : sssi_pole_radius(z, u);
-        u = sssi_open(0.5f * (u + (float)(part - 2)));
+        int i = sssi_class(&part, m->sigma[c] > 0.0f ? 4 : 2);
+        float z = i == 0 ? m->length[c] : m->zv[c];
+        if (i < 2) return chord ? sssi_pole_chord(z, u) : sssi_pole_radius(z, u);
         d = 1.0f / (3.0f * m->sigma[c]);
     }
     return chord ? sssi_burley_chord(d, u) : sssi_burley_radius(d, u);
 }
-/* A live channel by *u, which becomes a uniform number again. */
-SSSI_FN int sssi_channel(const sss_resampler *s, float *u) {
-    int live = (s->mix[0] > 0.0f) + (s->mix[1] > 0.0f) + (s->mix[2] > 0.0f), i = sssi_class(u, live), c = 0;
+/* A live channel by u. */
+SSSI_FN int sssi_channel(const sss_resampler *s, float u) {
+    int live = (s->mix[0] > 0.0f) + (s->mix[1] > 0.0f) + (s->mix[2] > 0.0f), i = sssi_class(&u, live), c = 0;
     while (s->mix[c] == 0.0f || i-- > 0) ++c;
     return c;
 }
@@ -805,38 +813,39 @@ SSSI_FN int sssi_set_probe(const sss_resampler *s, sss_vec3 a, sss_vec3 b, sss_p
 }
 /* [3] */
 SSSI_FN int sssi_disk_probe(const sss_resampler *s, int axis, int k, int n, sss_probe *probe) {
-    float u = sssi_dimension(s, k, n, 1), sn, cs, r, h2;
-    int c = sssi_channel(s, &u);
-    sssi_sincos_turn(sssi_dimension(s, k, n, 2), &sn, &cs);
-    r = sssi_radius(&s->medium, c, u, 0);
-    h2 = s->medium.r_max * s->medium.r_max - r * r;
-    if (!(h2 > 0.0f)) return 0;
-    return sssi_set_probe(s, sssi_in_frame(s, axis, r * cs, r * sn, SSSI_SQRT(h2)),
-                          sssi_in_frame(s, axis, r * cs, r * sn, -SSSI_SQRT(h2)), probe);
+    uint32_t dim = (uint32_t)(axis * SSSI_DIMENSIONS);
+    int c = sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL));
+    float part = sssi_dimension(s, k, n, dim + SSSI_PART), u = sssi_dimension(s, k, n, dim + SSSI_RADIUS), sn, cs;
+    float r = sssi_radius(&s->medium, c, part, u, 0), h = s->medium.r_max * s->medium.r_max - r * r;
+    if (!(h > 0.0f)) return 0;
+    h = SSSI_SQRT(h);
+    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sn, &cs);
+    return sssi_set_probe(s, sssi_in_frame(s, axis, r * cs, r * sn, h), sssi_in_frame(s, axis, r * cs, r * sn, -h),
+                          probe);
 }
-/* [4] */
+/* [4]. The line is o + t w, w the upper of its two directions; the ball cuts it at t = h (n.w) -+ reach. */
 SSSI_FN int sssi_sphere_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    float u = sssi_dimension(s, k, n, 3), sn, cs, h, rim, reach, r_max = s->medium.r_max;
-    int c = sssi_channel(s, &u); /* u is the cosine between line and normal */
-    sssi_sincos_turn(sssi_dimension(s, k, n, 4), &sn, &cs);
-    h = s->medium.length[c];
-    rim = SSSI_SQRT((1.0f - u) * (1.0f + u));
-    reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * u * u);
-    return sssi_set_probe(
-        s, sssi_in_frame(s, SSSI_NORMAL, (h * u + reach) * rim * cs, (h * u + reach) * rim * sn, (h * u + reach) * u - h),
-        sssi_in_frame(s, SSSI_NORMAL, (h * u - reach) * rim * cs, (h * u - reach) * rim * sn, (h * u - reach) * u - h),
-        probe);
+    uint32_t dim = SSSI_SPHERE * SSSI_DIMENSIONS;
+    float h = s->medium.length[sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL))], sn, cs;
+    float z = sssi_dimension(s, k, n, dim + SSSI_COSINE), rim = SSSI_SQRT((1.0f - z) * (1.0f + z));
+    float r_max = s->medium.r_max, reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * z * z);
+    float a = h * z + reach, b = h * z - reach;
+    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sn, &cs);
+    return sssi_set_probe(s, sssi_in_frame(s, SSSI_NORMAL, a * rim * cs, a * rim * sn, a * z - h),
+                          sssi_in_frame(s, SSSI_NORMAL, b * rim * cs, b * rim * sn, b * z - h), probe);
 }
-/* [5]. Half of the chords join the two sides of the tangent plane, the others lie above or below it. */
+/* [5]. Half of the chords join the two sides of the tangent plane, a quarter lies above it and a quarter below. */
 SSSI_FN int sssi_chord_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    float u = sssi_dimension(s, k, n, 5), za = sssi_dimension(s, k, n, 6), zb = sssi_dimension(s, k, n, 7);
-    float sa, ca, sb, cb, ra, rb, rho;
-    int c = sssi_channel(s, &u), side = sssi_class(&za, 4);
-    rho = sssi_radius(&s->medium, c, u, 1);
-    sssi_sincos_turn(sssi_dimension(s, k, n, 8), &sa, &ca);
-    sssi_sincos_turn(sssi_dimension(s, k, n, 9), &sb, &cb);
+    uint32_t dim = SSSI_CHORD * SSSI_DIMENSIONS;
+    int c = sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL)), side;
+    float part = sssi_dimension(s, k, n, dim + SSSI_PART), u = sssi_dimension(s, k, n, dim + SSSI_RADIUS);
+    float za = sssi_dimension(s, k, n, dim + SSSI_SIDE), zb = sssi_dimension(s, k, n, dim + SSSI_COSINE);
+    float rho = sssi_radius(&s->medium, c, part, u, 1), ra, rb, sa, ca, sb, cb;
+    side = sssi_class(&za, 4);
     ra = rho * SSSI_SQRT((1.0f - za) * (1.0f + za));
     rb = rho * SSSI_SQRT((1.0f - zb) * (1.0f + zb));
+    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sa, &ca);
+    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN_B), &sb, &cb);
     return sssi_set_probe(s, sssi_in_frame(s, SSSI_NORMAL, ra * ca, ra * sa, side == 3 ? -rho * za : rho * za),
                           sssi_in_frame(s, SSSI_NORMAL, rb * cb, rb * sb, side == 2 ? rho * zb : -rho * zb), probe);
 }
@@ -845,7 +854,7 @@ static inline int sss_next_probe(sss_resampler *s, sss_probe *probe) {
     while (s->next < s->candidates) {
         int j = s->next++, t = 0, k = 0, n = 1, found;
         if (s->independent) {
-            float u = sssi_unit(sss_hash(s->seed, (uint32_t)s->next)), sum = s->share[0];
+            float u = sssi_unit(sss_hash(s->seed, 0x50000000u + (uint32_t)s->next)), sum = s->share[0];
             while (u > sum && t < SSSI_CHORD) sum += s->share[++t];
         } else {
             while (j >= s->first[t + 1]) ++t;
