@@ -20,7 +20,7 @@
    scattering, no random walk, no allocation, no globals, no input or output, no libm beyond sqrtf and fabsf.
 
    OPTIONS, to be defined before the include, the same in every file of a program:
-       SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 36 bytes of sss_resampler
+       SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 40 bytes of sss_resampler
        SSS_MAX_CANDIDATES  256    bounds sss_plan.candidates; costs nothing
 
    CONVENTIONS
@@ -35,7 +35,8 @@
    not to 1, and so all hits count (front, back, several on one probe), and sums are divided by probes, never by hits.
    A surface that reports one crossing twice is counted twice; one that misses a crossing loses its light.
    Bound: without hints one hit adds to exit.weight[c] at most albedo[c] * live channels * 2 / (chord's share of the
-   probes) * 3.02 / candidates; 3.02 (the dipoles' profile over its proposal, measured) is 1 for Burley.
+   probes) * b / candidates. b = 1 for Burley; for the dipoles the profile over its proposal, measured: 3.3 for eta up
+   to 2, 8.3 up to 5.
    Randomness: one 32-bit seed names a lookup; the same seed and hits give the same exits. Use one seed once.
    Bits: with -ffp-contract=off on the host the CPU and an OpenCL device compute the same bits, up to the bits that a
    NaN has. -ffast-math is refused. Scaling the scene by a power of two changes no pick and no bit of a weight.
@@ -63,7 +64,7 @@
 #define SSS_RESAMPLE_H
 
 /* ---- Language: all that differs between C, C++ and OpenCL C, and what a user may set ---- */
-#if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || \
+#if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || defined(__ASSOCIATIVE_MATH__) || \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "sss_resample.h needs IEEE arithmetic: compile without -ffast-math, -ffinite-math-only, -cl-fast-relaxed-math"
 #endif
@@ -103,6 +104,9 @@ static inline float sssi_float(uint32_t u) {
 #endif
 #ifndef SSS_MAX_CANDIDATES
 #define SSS_MAX_CANDIDATES 256
+#endif
+#if SSS_MAX_EXITS < 1 || SSS_MAX_CANDIDATES < 8 || SSS_MAX_CANDIDATES > 65534
+#error "sss_resample.h needs SSS_MAX_EXITS >= 1 and SSS_MAX_CANDIDATES within 8..65534"
 #endif
 
 /* ---- Types ---- */
@@ -162,7 +166,7 @@ typedef struct sss_exit {
 typedef struct sssi_reservoir {
     float weight; /* sum of w over the hits so far [2] */
     float plain;  /* the same without hints */
-    float target; /* g times hint of the hit that is held */
+    float target, light; /* g and the hint of the hit that is held */
     sss_vec3 position, normal;
 } sssi_reservoir;
 
@@ -236,7 +240,7 @@ static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss
 static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all arguments used here, against
-   double precision (tests/test_math.c): exp 1.3 ulp, expm1 2 ulp, log 1.7 ulp, sin and cos 1e-7. ---- */
+   double precision (tests/test_math.c): exp 1.1 ulp, expm1 1.8 ulp, log 1 ulp, sin and cos 1e-7. ---- */
 #define SSSI_PI        3.14159265f
 #define SSSI_FLT_MAX   3.402823466e38f
 #define SSSI_NUDGE     5.9604644e-8f /* 2^-24 */
@@ -244,6 +248,8 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 #define SSSI_R_MIN     1e-6f         /* of the length: profiles do not grow below */
 #define SSSI_TAIL      1e-4f         /* what r_max leaves out */
 #define SSSI_LEN_MIN   1e-9f         /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
+#define SSSI_TINY      1e-36f        /* hits of a lower target or weight, or a higher weight, are left out: they are */
+#define SSSI_HUGE      1e20f         /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
 #define SSSI_HINT_MIN  9.0949470e-13f /* 2^-40 */
 #define SSSI_HINT_MAX  1.0995116e12f
 
@@ -556,7 +562,7 @@ SSSI_FN sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, const 
                 else high = middle;
             }
             h = sssi_make_shape(&b, sssi_float(high));
-            sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]);
+            if (h.sigma * dmfp[c] >= 1e-12f) sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]); /* else Lambert */
         }
     }
     sssi_set_r_max(m);
@@ -607,7 +613,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, u
     if (!live || need->footprint > m->r_max) bits = SSS_ADVICE_LAMBERT;
     if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p) */
         float best = SSSI_SQRT(4.0f * sssi_min(need->shading_cost, 1e4f));
-        plan.candidates = (int)sssi_min(sssi_max(best + 0.5f, 1.0f), 64.0f);
+        plan.candidates = (int)sssi_min(sssi_max(best + 0.5f, 1.0f), sssi_min(64.0f, (float)SSS_MAX_CANDIDATES));
     }
     if (advice) *advice = bits;
     return plan;
@@ -663,12 +669,14 @@ SSSI_FN void sssi_set_medium(sss_resampler *s, const sss_medium *m) {
     inverse = 1.0f / s->unit;
     for (c = 0; c < 3; ++c) {
         int from = sssi_is_live(m, c) ? c : wide;
+        float scale = inverse;
+        if (m->length[from] * inverse < SSSI_LEN_MIN && live) scale = SSSI_LEN_MIN / m->length[from];
         s->mix[c] = sssi_is_live(m, c) ? 1.0f / (float)live : 0.0f;
-        s->medium.length[c] = sssi_max(m->length[from] * inverse, SSSI_LEN_MIN);
-        s->medium.zv[c] = m->zv[from] * inverse;
-        s->medium.sigma[c] = m->sigma[from] * s->unit;
+        s->medium.length[c] = m->length[from] * scale;
+        s->medium.zv[c] = m->zv[from] * scale;
+        s->medium.sigma[c] = m->sigma[from] / scale;
         s->medium.flux[c] = m->flux[from];
-        s->medium.fluence[c] = m->fluence[from] * s->unit;
+        s->medium.fluence[c] = m->fluence[from] / scale;
     }
     s->medium.r_max = m->r_max * inverse;
 }
@@ -702,6 +710,7 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
     sssi_set_counts(s);
     for (i = 0; i < SSS_MAX_EXITS; ++i) {
         s->reservoir[i].weight = s->reservoir[i].plain = s->reservoir[i].target = 0.0f;
+        s->reservoir[i].light = 1.0f;
         s->reservoir[i].position = s->reservoir[i].normal = geometric_normal;
     }
     return result;
@@ -725,6 +734,7 @@ SSSI_FN float sssi_stratum(const sss_resampler *s, int k, int n, uint32_t dim, u
         i ^= i >> 1;
         i = (i * (key >> 16 | 1u) + (key >> 4)) & mask;
     } while (i >= (uint32_t)n);
+    i = (i + sssi_mix(key) % (uint32_t)n) % (uint32_t)n; /* the walk alone favours some places */
     return sssi_open(((float)i + sssi_unit(jitter)) / (float)n);
 }
 SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim) {
@@ -933,13 +943,14 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
     plain = target / (sssi_intensity(s, x, geometric_normal) * (float)s->candidates);
     light = sssi_min(sssi_max(light, SSSI_HINT_MIN), SSSI_HINT_MAX);
     weight = plain * light;
-    if (!(plain > 0.0f && weight > 0.0f && weight <= SSSI_FLT_MAX)) return; /* not NaN either */
+    if (!(target >= SSSI_TINY && weight >= SSSI_TINY && plain <= SSSI_HUGE)) return; /* not NaN either */
     held = &s->reservoir[(s->next - 1) % s->exits];
     held->plain += plain;
     held->weight += weight;
     pick = sssi_unit(sss_hash(s->seed, 0x70000000u + (uint32_t)s->hits++));
     if (pick * held->weight < weight) {
-        held->target = target * light;
+        held->target = target;
+        held->light = light;
         held->position = position;
         held->normal = geometric_normal;
     }
@@ -973,10 +984,10 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
         r2 = sssi_dot(x, x);
         exits[count].position = held->position;
         exits[count].normal = held->normal;
-        for (c = 0; c < 3; ++c)
-            exits[count].weight[c] = s->mix[c] > 0.0f ? s->medium.albedo[c] * sssi_profile_unit(&s->medium, c, r2) *
-                                                            (weight / held->target)
-                                                      : 0.0f;
+        for (c = 0; c < 3; ++c) {
+            float part = s->mix[c] > 0.0f ? sssi_profile_unit(&s->medium, c, r2) / held->target : 0.0f;
+            exits[count].weight[c] = s->medium.albedo[c] * part * (weight / held->light);
+        }
         ++count;
     }
     return count;

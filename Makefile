@@ -1,0 +1,72 @@
+# sss_resample.h: plain `make` lists what there is.
+CC       ?= cc
+CXX      ?= c++
+STRICT   := -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror
+# -ffp-contract=off: the same bits on every machine. The other two let loops over sqrtf vectorise and change no bit.
+EXACT    := -ffp-contract=off -fno-math-errno -fno-trapping-math
+FONT     ?= /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
+CFLAGS   ?= -O3 -march=native
+DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
+TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
+PREFIX   ?= /usr/local
+
+PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core
+DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
+TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
+SCRIPTS  := $(wildcard tests/test_*.sh)
+
+.PHONY: help setup all demo test test-long test-mutants mix install clean
+help:
+	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
+	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
+	@echo 'make test          build and run all tests'
+	@echo 'make test-long     the same tests with exhaustive sweeps'
+	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
+	@echo 'make mix           the experiment that chose the default mix of techniques'
+	@echo 'make all           build every program into build/'
+	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
+	@echo 'make clean         remove build/'
+
+# Only what is missing is installed, so that a second run takes no time.
+setup:
+	@missing=''; for p in $(PACKAGES); do \
+	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
+	[ -z "$$missing" ] && { echo 'setup: all packages are here'; exit 0; }; \
+	sudo=''; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	echo "setup: installing$$missing"; \
+	$$sudo apt-get -q update && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install $$missing
+
+all: $(DEMOS)
+
+build:
+	@mkdir -p build
+
+build/render: demos/render.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ -lstb -lm
+
+build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
+	$(DEMO_C) $< -o $@ -lm
+
+build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
+	$(TEST_C) $< -o $@ -lcmocka -lm
+
+demo: build/render
+	build/render --compare --png build/demo.png
+
+mix: build/mix
+	build/mix
+
+test: $(TESTS) all
+	@BUILD=build tests/run.sh $(TESTS) $(SCRIPTS)
+
+test-long: $(TESTS) all
+	@BUILD=build LONG=1 tests/run.sh $(TESTS) $(SCRIPTS)
+
+test-mutants: | build
+	@BUILD=build bash tests/mutants.sh
+
+install:
+	install -D -m 644 sss_resample.h $(DESTDIR)$(PREFIX)/include/sss_resample.h
+
+clean:
+	rm -rf build

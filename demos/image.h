@@ -1,0 +1,255 @@
+// image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb.
+// SPDX-License-Identifier: MIT
+//
+// FONT_FILE is the TrueType font of the captions, named when the program is built. Functions that can fail
+// return NULL for success or a short reason to print after the file's name.
+#ifndef IMAGE_H
+#define IMAGE_H
+
+#include <errno.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <stb/stb_image_write.h>
+#include <stb/stb_truetype.h>
+
+#ifndef FONT_FILE
+#define FONT_FILE "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
+#endif
+
+#define IMAGE_MAX_SIDE 16384
+
+// Linear RGB, rows from the top, three floats a pixel.
+typedef struct image {
+    int width, height;
+    float *rgb;
+} image;
+
+// The same with bytes, ready for the screen.
+typedef struct image_bytes {
+    int width, height;
+    unsigned char *rgb;
+} image_bytes;
+
+typedef struct image_font {
+    unsigned char *file;
+    stbtt_fontinfo info;
+} image_font;
+
+static inline size_t image_count(int width, int height) { return (size_t)width * (size_t)height * 3u; }
+
+static inline int image_new(image *out, int width, int height) {
+    out->width = width;
+    out->height = height;
+    out->rgb = (float *)calloc(image_count(width, height), sizeof *out->rgb);
+    return out->rgb != NULL;
+}
+
+static inline int image_bytes_new(image_bytes *out, int width, int height, unsigned char grey) {
+    out->width = width;
+    out->height = height;
+    out->rgb = (unsigned char *)malloc(image_count(width, height));
+    if (out->rgb) memset(out->rgb, grey, image_count(width, height));
+    return out->rgb != NULL;
+}
+
+// ---- Files
+
+// Can this file be written? Asked before a long job, so that nothing is lost after it. Leaves the disk as it
+// was.
+static inline const char *image_check_writable(const char *path) {
+    FILE *before = fopen(path, "rb");
+    if (before) fclose(before);
+    FILE *file = fopen(path, "ab");
+    if (!file) return strerror(errno);
+    fclose(file);
+    if (!before) remove(path);
+    return NULL;
+}
+
+// PFM is little endian when its scale is negative; floats are put together from bytes, so the machine does
+// not matter.
+static inline float image_float(const unsigned char *b, int little) {
+    uint32_t bits = 0;
+    float value;
+    for (int i = 0; i < 4; i++) bits |= (uint32_t)b[little ? i : 3 - i] << (8 * i);
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static inline const char *image_write_pfm(const image *in, const char *path) {
+    FILE *file = fopen(path, "wb");
+    if (!file) return strerror(errno);
+    int good = fprintf(file, "PF\n%d %d\n-1.0\n", in->width, in->height) > 0;
+    for (int y = in->height - 1; y >= 0; y--) { // the format stores rows from the bottom
+        const float *row = in->rgb + image_count(in->width, y);
+        for (int i = 0; i < 3 * in->width; i++) {
+            uint32_t bits;
+            memcpy(&bits, row + i, sizeof bits);
+            unsigned char b[4] = {(unsigned char)bits, (unsigned char)(bits >> 8),
+                                  (unsigned char)(bits >> 16), (unsigned char)(bits >> 24)};
+            good &= fwrite(b, 1, 4, file) == 4;
+        }
+    }
+    good &= fclose(file) == 0;
+    return good ? NULL : "could not be written to the end";
+}
+
+static inline const char *image_read_pfm(image *out, const char *path) {
+    memset(out, 0, sizeof *out);
+    FILE *file = fopen(path, "rb");
+    if (!file) return strerror(errno);
+    int width = 0, height = 0;
+    double scale = 0.0;
+    const char *wrong = NULL;
+    if (fscanf(file, "PF %d %d %lf", &width, &height, &scale) != 3 || fgetc(file) == EOF || scale == 0.0) {
+        wrong = "is not a colour PFM file";
+    } else if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE) {
+        wrong = "has a size out of range";
+    } else if (!image_new(out, width, height)) {
+        wrong = "does not fit into memory";
+    }
+    for (int y = height - 1; !wrong && y >= 0; y--) {
+        float *row = out->rgb + image_count(width, y);
+        for (int i = 0; !wrong && i < 3 * width; i++) {
+            unsigned char b[4];
+            if (fread(b, 1, 4, file) != 4)
+                wrong = "ends too early";
+            else
+                row[i] = image_float(b, scale < 0.0);
+        }
+    }
+    fclose(file);
+    if (wrong) {
+        free(out->rgb);
+        out->rgb = NULL;
+    }
+    return wrong;
+}
+
+static inline const char *image_write_png(const image_bytes *in, const char *path) {
+    errno = 0;
+    if (stbi_write_png(path, in->width, in->height, 3, in->rgb, 3 * in->width)) return NULL;
+    return errno ? strerror(errno) : "could not be written";
+}
+
+// ---- Tone
+
+// Exposure and a soft shoulder, so that light behind wax may exceed 1 without a hard edge, then the sRGB
+// curve.
+static inline unsigned char image_tone(float linear, float exposure) {
+    float x = linear * exposure;
+    if (!(x > 0.0f)) x = 0.0f;
+    const float knee = 0.45f; // below it linear, above it towards 1 with the same slope
+    if (x > knee) x = knee + (1.0f - knee) * (1.0f - expf((knee - x) / (1.0f - knee)));
+    x = x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1.0f / 2.4f) - 0.055f;
+    return (unsigned char)(255.0f * x + 0.5f);
+}
+
+static inline void image_blit(image_bytes *to, const image *from, float exposure, int left, int top) {
+    for (int y = 0; y < from->height; y++) {
+        for (int i = 0; i < 3 * from->width; i++) {
+            to->rgb[image_count(to->width, y + top) + (size_t)(3 * left + i)] =
+                image_tone(from->rgb[image_count(from->width, y) + (size_t)i], exposure);
+        }
+    }
+}
+
+// A detail, every pixel as a block of `zoom` by `zoom`.
+static inline void image_blit_zoomed(image_bytes *to, const image *from, float exposure, int left, int top,
+                                     int x0, int y0, int width, int height, int zoom) {
+    for (int y = 0; y < height * zoom; y++) {
+        for (int x = 0; x < width * zoom; x++) {
+            size_t at = image_count(from->width, y0 + y / zoom) + 3u * (size_t)(x0 + x / zoom);
+            for (size_t c = 0; c < 3; c++) {
+                to->rgb[image_count(to->width, top + y) + 3u * (size_t)(left + x) + c] =
+                    image_tone(from->rgb[at + c], exposure);
+            }
+        }
+    }
+}
+
+// ---- Captions
+
+static inline const char *image_font_open(image_font *font) {
+    FILE *file = fopen(FONT_FILE, "rb");
+    if (!file) return strerror(errno);
+    const char *wrong = "is not a TrueType font";
+    font->file = NULL;
+    if (fseek(file, 0, SEEK_END) == 0) {
+        long size = ftell(file);
+        rewind(file);
+        font->file = size > 0 ? (unsigned char *)malloc((size_t)size) : NULL;
+        if (font->file && fread(font->file, 1, (size_t)size, file) == (size_t)size &&
+            stbtt_InitFont(&font->info, font->file, stbtt_GetFontOffsetForIndex(font->file, 0))) {
+            wrong = NULL;
+        }
+    }
+    fclose(file);
+    return wrong;
+}
+
+// One glyph's coverage, laid over the picture in a grey.
+static inline void image_glyph(image_bytes *to, const unsigned char *coverage, int width, int height,
+                               int left, int top, int grey) {
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            int px = left + x, py = top + y, a = coverage[y * width + x];
+            if (px < 0 || py < 0 || px >= to->width || py >= to->height) continue;
+            unsigned char *rgb = to->rgb + image_count(to->width, py) + 3 * (size_t)px;
+            for (int c = 0; c < 3; c++) rgb[c] = (unsigned char)((rgb[c] * (255 - a) + grey * a) / 255);
+        }
+    }
+}
+
+// ASCII text with its baseline at `baseline`; returns its width. A negative grey measures only.
+static inline float image_text(image_bytes *to, const image_font *font, const char *text, float size,
+                               int left, int baseline, int grey) {
+    float scale = stbtt_ScaleForPixelHeight(&font->info, size), x = 0.0f;
+    for (const char *c = text; *c; c++) {
+        int advance, bearing, width, height, dx, dy;
+        stbtt_GetCodepointHMetrics(&font->info, *c, &advance, &bearing);
+        float place = floorf(x);
+        unsigned char *coverage = stbtt_GetCodepointBitmapSubpixel(&font->info, scale, scale, x - place, 0.0f,
+                                                                   *c, &width, &height, &dx, &dy);
+        if (coverage && grey >= 0) {
+            image_glyph(to, coverage, width, height, left + (int)place + dx, baseline + dy, grey);
+        }
+        stbtt_FreeBitmap(coverage, NULL);
+        x += scale * (float)advance;
+        if (c[1]) x += scale * (float)stbtt_GetCodepointKernAdvance(&font->info, c[0], c[1]);
+    }
+    return x;
+}
+
+// ---- Numbers
+
+static inline void image_mean(const image *in, double mean[3]) {
+    size_t pixels = (size_t)in->width * (size_t)in->height;
+    for (size_t c = 0; c < 3; c++) {
+        mean[c] = 0.0;
+        for (size_t i = 0; i < pixels; i++) mean[c] += (double)in->rgb[3 * i + c];
+        mean[c] /= (double)pixels;
+    }
+}
+
+// Relative mean squared error of `a` over the pixels of `mask`, from two references with independent noise:
+// sum (a - r1)(a - r2) / sum r1 r2. The noise of r1 and that of r2 do not correlate, so the expectation has
+// the true error alone in it, however noisy the references are. With r1 = r2 it is the plain sum (a - r)^2 /
+// sum r^2.
+static inline double image_relative_mse(const image *a, const image *r1, const image *r2,
+                                        const unsigned char *mask) {
+    size_t pixels = (size_t)a->width * (size_t)a->height;
+    double error = 0.0, power = 0.0;
+    for (size_t i = 0; i < 3 * pixels; i++) {
+        if (!mask[i / 3]) continue;
+        double x = (double)a->rgb[i], y = (double)r1->rgb[i], z = (double)r2->rgb[i];
+        error += (x - y) * (x - z);
+        power += y * z;
+    }
+    return power > 0.0 ? error / power : 0.0;
+}
+
+#endif

@@ -1,0 +1,590 @@
+// render.c - pictures of translucent things, and how far each is from the truth. See --help.
+// SPDX-License-Identifier: MIT
+#define _POSIX_C_SOURCE 200809L
+
+#include <stdarg.h>
+#include <time.h>
+#include <unistd.h>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include "image.h"
+#include "scenes.h"
+#include "tracer.h"
+
+#define RENDER_ETA               1.35f // of the dipoles
+#define RENDER_COMPARE_SPP       8     // of the resampled panels
+#define RENDER_COMPARE_REFERENCE 24    // samples a pixel in each half of the reference
+#define RENDER_COMPARE_SECONDS   40.0  // the reference stops early on a slow machine
+
+static const char usage[] =
+    "usage: render [options]\n"
+    "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
+    "\n"
+    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
+    "  --method NAME      resampled (default), plain (one probe a lookup, three axes), reference (brute "
+    "force)\n"
+    "  --profile NAME     burley (default), dipole, better-dipole\n"
+    "  --spp N            samples a pixel (16)\n"
+    "  --size WxH         picture size in pixels (360x400)\n"
+    "  --seed S           0..4294967295 (1)\n"
+    "\n"
+    "for --method resampled:\n"
+    "  --candidates M     probes a lookup (8)\n"
+    "  --exits N          exits a lookup (1)\n"
+    "  --techniques LIST  of disk,tangents,sphere,chord; default: the library's mix\n"
+    "  --independent      draw every candidate anew, not stratified\n"
+    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "\n"
+    "  --png FILE         tone-mapped picture\n"
+    "  --pfm FILE         linear picture\n"
+    "  --stats FILE       numbers, as JSON\n"
+    "  --against FILE     measure the error against this PFM of the same size\n"
+    "  --compare          plain, resampled and light-aware side by side in one PNG, with the error of each\n"
+    "  --help\n";
+
+typedef struct options {
+    const char *scene, *method, *profile;
+    tracer_settings settings;
+    int spp, compare;
+    const char *png, *pfm, *stats, *against;
+    const char *resampling; // the first option that only means something to --method resampled
+} options;
+
+typedef struct counters {
+    unsigned long long probes, shaded;
+} counters;
+
+static void fail(int code, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    fputs("render: ", stderr);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+    va_end(arguments);
+    exit(code);
+}
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// ---- Command line
+
+static long long parse_number(const char *option, const char *text, long long least, long long most) {
+    char *end = NULL;
+    errno = 0;
+    long long value = strtoll(text, &end, 10);
+    if (end == text || *end != '\0' || errno || value < least || value > most) {
+        fail(2, "%s wants a whole number from %lld to %lld, not '%s'", option, least, most, text);
+    }
+    return value;
+}
+
+static void parse_size(const char *text, int *width, int *height) {
+    char *end = NULL;
+    long w = strtol(text, &end, 10), h = 0;
+    int good = end != text && *end == 'x';
+    if (good) {
+        const char *rest = end + 1;
+        h = strtol(rest, &end, 10);
+        good = end != rest && *end == '\0';
+    }
+    if (!good || w < 1 || h < 1 || w > IMAGE_MAX_SIDE || h > IMAGE_MAX_SIDE) {
+        fail(2, "--size wants WxH, each from 1 to %d, not '%s'", IMAGE_MAX_SIDE, text);
+    }
+    *width = (int)w;
+    *height = (int)h;
+}
+
+static unsigned parse_techniques(const char *text) {
+    static const struct {
+        const char *name;
+        unsigned bit;
+    } known[] = {
+        {"disk", SSS_DISK}, {"tangents", SSS_DISK_TANGENTS}, {"sphere", SSS_SPHERE}, {"chord", SSS_CHORD}};
+    unsigned bits = 0;
+    for (const char *word = text;;) {
+        size_t length = strcspn(word, ",");
+        unsigned bit = 0;
+        for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0)
+                bit = known[i].bit;
+        }
+        if (!bit)
+            fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'", (int)length, word);
+        bits |= bit;
+        if (word[length] == '\0') return bits;
+        word += length + 1;
+    }
+}
+
+// Is `value` one of the words in the list (separated by blanks)?
+static const char *parse_word(const char *option, const char *value, const char *list) {
+    size_t length = strlen(value);
+    for (const char *word = list; length && *word;) {
+        size_t n = strcspn(word, " ");
+        if (n == length && memcmp(word, value, n) == 0) return value;
+        word += n + (word[n] == ' ');
+    }
+    fail(2, "%s wants one of: %s; not '%s'", option, list, value);
+    return NULL;
+}
+
+static int parse_flag(options *o, const char *name) {
+    if (strcmp(name, "--independent") == 0) {
+        o->settings.plan.independent = 1;
+        o->resampling = name;
+    } else if (strcmp(name, "--light-aware") == 0) {
+        o->settings.light_aware = 1;
+        o->resampling = name;
+    } else if (strcmp(name, "--compare") == 0) {
+        o->compare = 1;
+    } else if (strcmp(name, "--help") == 0) {
+        fputs(usage, stdout);
+        exit(fflush(stdout) == 0 ? 0 : 1);
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
+// An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
+static int parse_value(options *o, const char *name, const char *value) {
+    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",        "--size",
+                                        "--seed",  "--candidates", "--exits",   "--techniques", "--png",
+                                        "--pfm",   "--stats",      "--against"};
+    size_t i = 0, count = sizeof names / sizeof *names;
+    while (i < count && strcmp(name, names[i]) != 0) i++;
+    if (i == count) return 0;
+    if (!value) fail(2, "%s wants a value", name);
+    if (i >= 6 && i <= 8) o->resampling = names[i];
+    switch (i) {
+    case 0:
+        o->scene = parse_word(name, value, "bear sphere slab corner needles");
+        break;
+    case 1:
+        o->method = parse_word(name, value, "resampled plain reference");
+        break;
+    case 2:
+        o->profile = parse_word(name, value, "burley dipole better-dipole");
+        break;
+    case 3:
+        o->spp = (int)parse_number(name, value, 1, 1000000);
+        break;
+    case 4:
+        parse_size(value, &o->settings.width, &o->settings.height);
+        break;
+    case 5:
+        o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+        break;
+    case 6:
+        o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
+        break;
+    case 7:
+        o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
+        break;
+    case 8:
+        o->settings.plan.techniques = parse_techniques(value);
+        break;
+    case 9:
+        o->png = value;
+        break;
+    case 10:
+        o->pfm = value;
+        break;
+    case 11:
+        o->stats = value;
+        break;
+    default:
+        o->against = value;
+        break;
+    }
+    return 1;
+}
+
+static void parse(options *o, int count, char **words) {
+    memset(o, 0, sizeof *o);
+    o->scene = "bear";
+    o->profile = "burley";
+    o->settings.width = 360;
+    o->settings.height = 400;
+    o->settings.seed = 1;
+    for (int i = 1; i < count; i++) {
+        if (parse_flag(o, words[i])) continue;
+        if (!parse_value(o, words[i], i + 1 < count ? words[i + 1] : NULL)) {
+            fail(2, "unknown option '%s'; --help lists what there is", words[i]);
+        }
+        i++;
+    }
+    if (o->compare && (o->method || o->pfm || o->against)) {
+        fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm or --against");
+    }
+    if (!o->method) o->method = "resampled";
+    o->settings.method = strcmp(o->method, "plain") == 0       ? TRACER_PLAIN
+                         : strcmp(o->method, "reference") == 0 ? TRACER_REFERENCE
+                                                               : TRACER_RESAMPLED;
+    if (!o->spp) o->spp = o->compare ? RENDER_COMPARE_SPP : 16;
+    if (!o->png && (o->compare || (!o->pfm && !o->stats))) o->png = o->compare ? "compare.png" : "render.png";
+    if (o->resampling && o->settings.method != TRACER_RESAMPLED) {
+        fprintf(stderr, "render: note: %s has no effect with --method %s\n", o->resampling, o->method);
+    }
+}
+
+static void check_outputs(const options *o) {
+    const char *paths[3];
+    paths[0] = o->png, paths[1] = o->pfm, paths[2] = o->stats;
+    for (int i = 0; i < 3; i++) {
+        const char *wrong = paths[i] ? image_check_writable(paths[i]) : NULL;
+        if (wrong) fail(2, "cannot write %s: %s", paths[i], wrong);
+    }
+}
+
+static void load_scene(scene *s, const options *o) {
+    scenes_optics optics;
+    if (!scenes_find(s, &optics, o->scene)) fail(2, "there is no scene '%s'", o->scene);
+    sss_result result = SSS_OK;
+    if (strcmp(o->profile, "burley") == 0) {
+        result = sss_burley(&s->medium, optics.albedo, optics.dmfp);
+    } else if (strcmp(o->profile, "dipole") == 0) {
+        result = sss_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, RENDER_ETA);
+    } else {
+        result = sss_better_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, RENDER_ETA);
+    }
+    if (result != SSS_OK) fail(1, "the medium of %s: %s", o->scene, sss_result_string(result));
+}
+
+// ---- Progress: one line that is overwritten on a terminal, a line every few seconds elsewhere
+
+typedef struct progress {
+    const char *label;
+    double start, printed, done, total; // done and total in any unit of work
+    int terminal;
+} progress;
+
+static void progress_begin(progress *p, double total) {
+    memset(p, 0, sizeof *p);
+    p->start = p->printed = now();
+    p->total = total;
+    p->terminal = isatty(STDERR_FILENO);
+}
+
+static void progress_show(progress *p, double done) {
+    double time = now(), share = done / p->total;
+    if (time - p->printed < (p->terminal ? 0.1 : 5.0) || done <= 0.0) return;
+    p->printed = time;
+    double left = (time - p->start) * (1.0 / share - 1.0);
+    fprintf(stderr, p->terminal ? "\r%-24s %3.0f %%, %.0f s left   " : "%s: %.0f %%, %.0f s left\n", p->label,
+            100.0 * share, left);
+    fflush(stderr);
+}
+
+static void progress_end(const progress *p) {
+    if (p->terminal) fprintf(stderr, "\r%60s\r", "");
+}
+
+// ---- Rendering
+
+// Adds samples first .. first + count - 1 of every pixel to `sum`. `cost` is the work of one sample of every
+// pixel.
+static void render_samples(const scene *s, const tracer_settings *settings, image *sum, uint32_t first,
+                           int count, counters *counted, progress *p, double cost) {
+    unsigned long long probes = 0, shaded = 0;
+    int rows = 0;
+#pragma omp parallel for schedule(dynamic, 1) reduction(+ : probes, shaded)
+    for (int y = 0; y < settings->height; y++) {
+        for (int x = 0; x < settings->width; x++) {
+            float *rgb = sum->rgb + image_count(settings->width, y) + 3 * (size_t)x;
+            for (int k = 0; k < count; k++) {
+                tracer_result r = tracer_sample(s, *settings, x, y, first + (uint32_t)k);
+                rgb[0] += r.radiance.x;
+                rgb[1] += r.radiance.y;
+                rgb[2] += r.radiance.z;
+                probes += r.probes;
+                shaded += r.shaded;
+            }
+        }
+        int finished;
+#pragma omp atomic capture
+        finished = ++rows;
+#ifdef _OPENMP
+        if (omp_get_thread_num() != 0) continue;
+#endif
+        progress_show(p, p->done + cost * count * finished / settings->height);
+    }
+    p->done += cost * count;
+    counted->probes += probes;
+    counted->shaded += shaded;
+}
+
+static void scale_image(image *i, float factor) {
+    size_t count = image_count(i->width, i->height);
+    for (size_t k = 0; k < count; k++) i->rgb[k] *= factor;
+}
+
+static image new_image(const tracer_settings *settings) {
+    image i;
+    if (!image_new(&i, settings->width, settings->height)) fail(1, "out of memory");
+    return i;
+}
+
+// Which pixels' centre rays meet the object.
+static unsigned char *object_mask(const scene *s, const tracer_settings *settings) {
+    unsigned char *mask = (unsigned char *)malloc(image_count(settings->width, settings->height));
+    if (!mask) fail(1, "out of memory");
+    for (int y = 0; y < settings->height; y++) {
+        for (int x = 0; x < settings->width; x++) {
+            mask[(size_t)y * (size_t)settings->width + (size_t)x] =
+                (unsigned char)tracer_sees_object(s, settings->width, settings->height, x, y);
+        }
+    }
+    return mask;
+}
+
+// One rendering and what is known of it.
+typedef struct run {
+    const char *method;
+    tracer_settings settings;
+    int spp;
+    image picture;
+    counters counted;
+    double seconds, relative_mse; // relative_mse below 0: not measured
+} run;
+
+static void render_run(const scene *s, run *r, progress *p, const char *label, double cost) {
+    double start = now();
+    p->label = label;
+    r->picture = new_image(&r->settings);
+    render_samples(s, &r->settings, &r->picture, 0, r->spp, &r->counted, p, cost);
+    scale_image(&r->picture, 1.0f / (float)r->spp);
+    r->seconds = now() - start;
+}
+
+static void write_run(FILE *file, const char *scene_name, const run *r) {
+    double mean[3];
+    image_mean(&r->picture, mean);
+    fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ", scene_name,
+            r->method, r->spp, r->seconds);
+    fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->counted.probes,
+            r->counted.shaded, mean[0], mean[1], mean[2]);
+    if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
+    fputc('}', file);
+}
+
+// One run is a JSON object, several are an array.
+static void write_stats(const char *path, const char *scene_name, const run *runs, int count) {
+    FILE *file = fopen(path, "w");
+    if (!file) fail(1, "cannot write %s: %s", path, strerror(errno));
+    if (count > 1) fputs("[", file);
+    for (int i = 0; i < count; i++) {
+        if (i > 0) fputs(",\n ", file);
+        write_run(file, scene_name, &runs[i]);
+    }
+    fputs(count > 1 ? "]\n" : "\n", file);
+    if (ferror(file) | fclose(file)) fail(1, "cannot write %s to the end", path);
+}
+
+static void write_png(const char *path, const image_bytes *bytes) {
+    const char *wrong = image_write_png(bytes, path);
+    if (wrong) fail(1, "cannot write %s: %s", path, wrong);
+}
+
+// ---- One picture
+
+static void render_one(const options *o) {
+    scene s;
+    image against;
+    run r;
+    memset(&r, 0, sizeof r);
+    r.method = o->method;
+    r.settings = o->settings;
+    r.spp = o->spp;
+    r.relative_mse = -1.0;
+    load_scene(&s, o);
+    if (o->against) {
+        const char *wrong = image_read_pfm(&against, o->against);
+        if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
+        if (against.width != r.settings.width || against.height != r.settings.height) {
+            fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height,
+                 r.settings.width, r.settings.height);
+        }
+    }
+    progress p;
+    progress_begin(&p, r.spp);
+    render_run(&s, &r, &p, o->scene, 1.0);
+    progress_end(&p);
+    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", o->scene, o->method, r.spp, r.seconds,
+           r.counted.probes, r.counted.shaded);
+    if (o->against) {
+        unsigned char *mask = object_mask(&s, &r.settings);
+        r.relative_mse = image_relative_mse(&r.picture, &against, &against, mask);
+        printf(", relative MSE %.4g", r.relative_mse);
+        free(mask);
+        free(against.rgb);
+    }
+    printf("\n");
+    if (o->stats) write_stats(o->stats, o->scene, &r, 1);
+    if (o->pfm) {
+        const char *wrong = image_write_pfm(&r.picture, o->pfm);
+        if (wrong) fail(1, "cannot write %s: %s", o->pfm, wrong);
+        printf("wrote %s\n", o->pfm);
+    }
+    if (o->png) {
+        image_bytes bytes;
+        if (!image_bytes_new(&bytes, r.settings.width, r.settings.height, 0)) fail(1, "out of memory");
+        image_blit(&bytes, &r.picture, 1.0f, 0, 0);
+        write_png(o->png, &bytes);
+        printf("wrote %s\n", o->png);
+        free(bytes.rgb);
+    }
+    free(r.picture.rgb);
+}
+
+// ---- Three pictures at the same number of shaded points
+
+enum { PLAIN, RESAMPLED, AWARE, RUNS };
+
+// A plain probe that misses shades nothing, so plain gets more samples: as many as shade what the resampled
+// picture did.
+static int plain_spp(const scene *s, const run *plain, const run *resampled, progress *p) {
+    counters pilot = {0, 0};
+    image scrap = new_image(&plain->settings);
+    tracer_settings settings = plain->settings;
+    settings.seed ^= 0x70696c6fu;
+    render_samples(s, &settings, &scrap, 0, 1, &pilot, p, 0.0);
+    free(scrap.rgb);
+    if (!pilot.shaded) return resampled->spp;
+    int spp = (int)((double)resampled->counted.shaded / (double)pilot.shaded + 0.5);
+    return spp < 1 ? 1 : spp;
+}
+
+// Two halves of a reference with independent noise, and the error of every run against them; see
+// image_relative_mse(). Returns the samples a pixel in each half.
+static int measure_runs(const scene *s, run *runs, progress *p, double deadline) {
+    image half[2];
+    tracer_settings settings = runs[PLAIN].settings;
+    counters ignored = {0, 0};
+    int spp = 0;
+    settings.method = TRACER_REFERENCE;
+    p->label = "brute force reference";
+    half[0] = new_image(&settings);
+    half[1] = new_image(&settings);
+    while (spp < RENDER_COMPARE_REFERENCE && (spp == 0 || now() < deadline)) {
+        for (int h = 0; h < 2; h++) {
+            settings.seed = runs[PLAIN].settings.seed ^ (h == 0 ? 0x68616c66u : 0x48414c46u);
+            render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &ignored, p, 2.5);
+        }
+        spp += 4;
+    }
+    scale_image(&half[0], 1.0f / (float)spp);
+    scale_image(&half[1], 1.0f / (float)spp);
+    unsigned char *mask = object_mask(s, &settings);
+    for (int i = 0; i < RUNS; i++) {
+        runs[i].relative_mse = image_relative_mse(&runs[i].picture, &half[0], &half[1], mask);
+    }
+    free(mask);
+    free(half[0].rgb);
+    free(half[1].rgb);
+    return spp;
+}
+
+static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left,
+                            int top) {
+    static const char *const title[RUNS] = {"plain", "resampled", "resampled + light"};
+    char line[160];
+    const run *r = &runs[i];
+    image_text(sheet, font, title[i], 24.0f, left, top + 22, 20);
+    if (i == PLAIN) {
+        snprintf(line, sizeof line, "relative MSE %.3f", r->relative_mse);
+    } else {
+        snprintf(line, sizeof line, "relative MSE %.3f, %.1f times less", r->relative_mse,
+                 runs[PLAIN].relative_mse / r->relative_mse);
+    }
+    image_text(sheet, font, line, 18.0f, left, top + 46, 20);
+    snprintf(line, sizeof line, "%.1f s, %d spp, %.2f million points shaded", r->seconds, r->spp,
+             1e-6 * (double)r->counted.shaded);
+    image_text(sheet, font, line, 15.0f, left, top + 68, 80);
+}
+
+// Panels side by side, under each its caption; small print below.
+static void compare_sheet(const options *o, const run *runs, const image_font *font, int reference_spp) {
+    const int margin = 16, caption = 84, print = 44;
+    int width = o->settings.width, height = o->settings.height, panel = width > 330 ? width : 330;
+    image_bytes sheet;
+    if (!image_bytes_new(&sheet, RUNS * panel + (RUNS + 1) * margin, height + margin + caption + print,
+                         250)) {
+        fail(1, "out of memory");
+    }
+    for (int i = 0; i < RUNS; i++) {
+        int left = margin + i * (panel + margin);
+        image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
+        compare_caption(&sheet, font, runs, i, left, height + margin + 6);
+    }
+    char line[240];
+    snprintf(line, sizeof line,
+             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. All shade as many "
+             "points as whole "
+             "samples a pixel (spp) allow.",
+             o->scene, o->profile, o->settings.plan.candidates ? o->settings.plan.candidates : 8);
+    image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);
+    snprintf(line, sizeof line,
+             "Relative MSE: sum (a - r1)(a - r2) / sum r1 r2 over the object's pixels, r1 and r2 two "
+             "independent brute "
+             "force references of %d spp; their own noise cancels.",
+             reference_spp);
+    image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
+    write_png(o->png, &sheet);
+    free(sheet.rgb);
+}
+
+static void compare(const options *o) {
+    static const char *const method[RUNS] = {"plain", "resampled", "resampled, light-aware"};
+    double start = now();
+    image_font font;
+    const char *wrong = image_font_open(&font);
+    if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
+    scene s;
+    load_scene(&s, o);
+    run runs[RUNS];
+    memset(runs, 0, sizeof runs);
+    for (int i = 0; i < RUNS; i++) {
+        runs[i].method = method[i];
+        runs[i].settings = o->settings;
+        runs[i].settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
+        runs[i].settings.light_aware = i == AWARE;
+        runs[i].spp = o->spp;
+    }
+    progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
+    progress_begin(&p, o->spp * (3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
+    render_run(&s, &runs[RESAMPLED], &p, "resampled", 3.0);
+    render_run(&s, &runs[AWARE], &p, "resampled + light", 3.0);
+    p.label = "plain";
+    runs[PLAIN].spp = plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
+    render_run(&s, &runs[PLAIN], &p, "plain", 1.0);
+    int reference_spp = measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
+    progress_end(&p);
+    for (int i = 0; i < RUNS; i++) {
+        printf("%-24s %3d spp, %8llu points shaded, %5.2f s, relative MSE %.4f\n", runs[i].method,
+               runs[i].spp, runs[i].counted.shaded, runs[i].seconds, runs[i].relative_mse);
+    }
+    compare_sheet(o, runs, &font, reference_spp);
+    if (o->stats) write_stats(o->stats, o->scene, runs, RUNS);
+    printf("wrote %s\n", o->png);
+    for (int i = 0; i < RUNS; i++) free(runs[i].picture.rgb);
+    free(font.file);
+}
+
+int main(int count, char **words) {
+    options o;
+    parse(&o, count, words);
+    check_outputs(&o);
+    if (o.compare) {
+        compare(&o);
+    } else {
+        render_one(&o);
+    }
+    return 0;
+}

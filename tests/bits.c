@@ -1,0 +1,187 @@
+// bits.c - prints a checksum over the bits of everything that many lookups give out; test_compile.sh compares
+// it between compilers and levels of optimisation. C99 and C++11. SPDX-License-Identifier: MIT
+#include <stdio.h>
+
+#include "sss_resample.h"
+
+static uint32_t checksum = 2166136261u;
+static unsigned long added = 0, strange = 0;
+
+static void add_bits(uint32_t bits) {
+    checksum = (checksum ^ bits) * 16777619u;
+    checksum ^= checksum >> 15;
+}
+
+static void add(float x) {
+    add_bits(sssi_bits(x));
+    ++added;
+    if (!(x - x == 0.0f)) ++strange; // NaN or Inf
+}
+
+static void add_vector(sss_vec3 v) {
+    add(v.x);
+    add(v.y);
+    add(v.z);
+}
+
+static sss_vec3 some_vector(uint32_t seed) {
+    sss_vec3 v;
+    v.x = 2.0f * sssi_unit(sss_hash(seed, 1)) - 1.0f;
+    v.y = 2.0f * sssi_unit(sss_hash(seed, 2)) - 1.0f;
+    v.z = 2.0f * sssi_unit(sss_hash(seed, 3)) - 1.0f;
+    return v;
+}
+
+// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here.
+static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
+    int i;
+    add_vector(probe->origin);
+    add_vector(probe->direction);
+    add(probe->length);
+    for (i = 0; i < 2; ++i) {
+        uint32_t name = sss_hash(seed, (uint32_t)i);
+        float t = probe->length * sssi_unit(name);
+        sss_vec3 p, n = some_vector(name);
+        p.x = probe->origin.x + t * probe->direction.x;
+        p.y = probe->origin.y + t * probe->direction.y;
+        p.z = probe->origin.z + t * probe->direction.z;
+        add(sss_intensity(s, p, n));
+        sss_add_hit(s, p, n, (name & 1u) ? 1.0f : 4.0f * sssi_unit(sss_hash(name, 4)));
+    }
+}
+
+static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed) {
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    sss_vec3 x = some_vector(seed), n = some_vector(seed + 1u);
+    int i, c, count, probes = 0;
+    add_bits((uint32_t)sss_begin(&s, m, plan, x, n, seed));
+    while (sss_next_probe(&s, &probe)) add_probe(&s, &probe, sss_hash(seed, (uint32_t)++probes));
+    count = sss_finish(&s, exits);
+    add_bits((uint32_t)count);
+    for (i = 0; i < count; ++i) {
+        add_vector(exits[i].position);
+        add_vector(exits[i].normal);
+        for (c = 0; c < 3; ++c) add(exits[i].weight[c]);
+    }
+}
+
+static void add_plans(const sss_medium *m, uint32_t seed) {
+    static const int counts[] = {0, 1, 2, 3, 7, 8, 13, 16};
+    unsigned techniques, i;
+    for (techniques = 0; techniques < 16u; ++techniques) {
+        for (i = 0; i < 2u * sizeof counts / sizeof *counts; ++i) {
+            sss_plan plan;
+            plan.candidates = counts[i / 2u];
+            plan.exits = (int)((techniques + i) % (SSS_MAX_EXITS + 1u));
+            plan.techniques = techniques;
+            plan.independent = (int)(i % 2u);
+            add_lookup(m, &plan, sss_hash(seed, 16u * i + techniques));
+        }
+    }
+    add_lookup(m, NULL, seed);
+}
+
+static void add_medium(const sss_medium *m) {
+    static const float radius[] = {0.0f, 1e-9f, 1e-4f, 0.01f, 0.1f, 0.3f,
+                                   1.0f, 2.5f,  7.0f,  30.0f, 1e3f, 1e20f};
+    unsigned i;
+    int c;
+    for (c = 0; c < 3; ++c) {
+        add(m->albedo[c]);
+        add(m->length[c]);
+        add(m->zv[c]);
+        add(m->sigma[c]);
+        add(m->flux[c]);
+        add(m->fluence[c]);
+        for (i = 0; i < sizeof radius / sizeof *radius; ++i) {
+            add(sss_profile(m, c, radius[i]));
+            add(sss_within(m, c, radius[i]));
+        }
+    }
+    add(m->r_max);
+}
+
+static void add_advice(const sss_medium *m, float footprint, float curvature, float cost) {
+    sss_need need;
+    sss_plan plan;
+    unsigned advice = 0;
+    need.footprint = footprint;
+    need.curvature_radius = curvature;
+    need.shading_cost = cost;
+    plan = sss_plan_for(m, &need, &advice);
+    add_bits((uint32_t)plan.candidates);
+    add_bits((uint32_t)plan.exits);
+    add_bits(plan.techniques);
+    add_bits(advice);
+}
+
+static void add_profile(int profile, const float *albedo, const float *length, float eta, uint32_t seed) {
+    sss_medium m;
+    sss_result result = SSS_OK;
+    if (profile == 0)
+        result = sss_burley(&m, albedo, length);
+    else if (profile == 1)
+        result = sss_burley_mfp(&m, albedo, length);
+    else if (profile == 2)
+        result = sss_dipole(&m, albedo, length, eta); // albedo and length as coefficients
+    else if (profile == 3)
+        result = sss_better_dipole(&m, albedo, length, eta);
+    else if (profile == 4)
+        result = sss_dipole_from_albedo(&m, albedo, length, eta);
+    else
+        result = sss_better_dipole_from_albedo(&m, albedo, length, eta);
+    add_bits((uint32_t)result);
+    add_medium(&m);
+    add_plans(&m, seed);
+    add_advice(&m, 0.01f, 1.0f, 10.0f);
+    add_advice(&m, 100.0f, 0.1f, 0.0f);
+}
+
+// The limits that a user may set: the greatest count works, one more is refused.
+static int limits_hold(void) {
+    static const float albedo[3] = {0.9f, 0.5f, 0.2f}, length[3] = {1.0f, 0.5f, 0.2f};
+    sss_medium m;
+    sss_resampler s;
+    sss_probe probe;
+    sss_plan plan;
+    sss_need need;
+    sss_vec3 x = {0.0f, 0.0f, 0.0f}, n = {0.0f, 0.0f, 1.0f};
+    int good = sss_burley(&m, albedo, length) == SSS_OK, probes = 0;
+    plan.candidates = SSS_MAX_CANDIDATES;
+    plan.exits = SSS_MAX_EXITS;
+    plan.techniques = SSS_CHORD;
+    plan.independent = 0;
+    good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
+    while (sss_next_probe(&s, &probe)) ++probes;
+    good &= probes == SSS_MAX_CANDIDATES;
+    plan.candidates = SSS_MAX_CANDIDATES + 1;
+    good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
+    plan.candidates = SSS_MAX_CANDIDATES;
+    plan.exits = SSS_MAX_EXITS + 1;
+    good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
+    need.footprint = need.curvature_radius = 0.0f;
+    need.shading_cost = 1e4f; // wants as many candidates as there can be: no more than are allowed
+    plan = sss_plan_for(&m, &need, NULL);
+    good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
+    return good && sss_result_string(SSS_BAD_PLAN)[0] != '\0';
+}
+
+int main(void) {
+    static const float albedo[4][3] = {
+        {0.8f, 0.8f, 0.8f}, {0.95f, 0.6f, 0.2f}, {0.9f, 0.0f, 0.5f}, {0.999f, 0.3f, 0.7f}};
+    static const float length[4][3] = {
+        {1.0f, 1.0f, 1.0f}, {1.0f, 0.3f, 0.05f}, {0.2f, 2.0f, 0.7f}, {3.0f, 0.0f, 0.01f}};
+    static const float eta[4] = {1.0f, 1.33f, 0.8f, 1.5f};
+    uint32_t i;
+    for (i = 0; i < 24u; ++i)
+        add_profile((int)(i / 4u), albedo[i % 4u], length[i % 4u], eta[i % 4u], 1000u * i);
+    printf("%08lx over %lu numbers\n", (unsigned long)checksum, added);
+    if (strange) fprintf(stderr, "%lu of them are not finite\n", strange);
+    if (!limits_hold()) {
+        fprintf(stderr, "the limits on candidates or exits do not hold\n");
+        return 1;
+    }
+    return strange != 0;
+}

@@ -1,0 +1,273 @@
+/* The promises about plans: how the probes are shared out changes the variance and never the mean; stratified
+   is no noisier than independent; the variance falls as theory D4 says.
+
+   Comparisons: 44 z-scores, 420 shares of probes, 12 ratios of variances. At |z| < 5.2 (one-sided for the
+   ratios) the chance that a correct header fails somewhere in this file is 480 * 2.0e-7 = 1e-4. The means are
+   known to 0.1 % or better: a bias of 1 % gives z = 10, one of 0.6 % is seen in four of five runs. A share of
+   the probes that is wrong by 1 % of the probes gives z > 10. A variance that is 5 % too large gives z > 5.2.
+ */
+#include "sss_test.h"
+
+#define Z_LIMIT 5.2
+#define BLOCKS  128
+#define ALL     (SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD)
+
+/* ---- Moments of one channel's estimate, and the noise of the variance from that of the blocks ---- */
+typedef struct sample {
+    st_stat value;
+    st_stat variance; /* of the blocks */
+} sample;
+static void grey_burley(sss_medium *m, float albedo, float scale) {
+    float a[3], dmfp[3];
+    int c;
+    for (c = 0; c < 3; ++c) {
+        a[c] = albedo;
+        dmfp[c] = scale * (float)st_burley_s((double)albedo);
+    }
+    assert_int_equal(sss_burley(m, a, dmfp), SSS_OK);
+}
+static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
+                  uint32_t name, int lookups) {
+    static st_stat stats[BLOCKS];
+    int b, each = lookups / BLOCKS;
+    sample result;
+    memset(&result, 0, sizeof result);
+#pragma omp parallel for schedule(dynamic)
+    for (b = 0; b < BLOCKS; ++b) {
+        sss_exit exits[SSS_MAX_EXITS];
+        int i, e;
+        memset(&stats[b], 0, sizeof stats[b]);
+        for (i = 0; i < each; ++i) {
+            int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * each + i)), NULL, exits);
+            double sum = 0.0;
+            for (e = 0; e < n; ++e)
+                sum += (double)exits[e].weight[1] * light(st_local(&f->frame, exits[e].position));
+            st_add(&stats[b], sum);
+        }
+    }
+    for (b = 0; b < BLOCKS; ++b) {
+        st_merge(&result.value, &stats[b]);
+        st_add(&result.variance, st_variance(&stats[b]));
+    }
+    return result;
+}
+static void name_case(char *name, size_t size, const sss_plan *plan, const st_fixture *f, const char *what) {
+    snprintf(name, size, "%s: techniques %u, M %d, N %d, %s, %s", what, plan->techniques, plan->candidates,
+             plan->exits, plan->independent ? "independent" : "stratified", st_kind_name(f->kind));
+}
+
+/* ---- Stratified against independent ---- */
+static void stratified_and_independent_agree(void **state) {
+    static const unsigned sets[] = {0u, ALL};
+    sss_medium m;
+    int kind;
+    (void)state;
+    grey_burley(&m, 0.8f, 1.0f);
+    for (kind = 0; kind < 2 * ST_KINDS; ++kind) {
+        st_fixture f = st_standard((st_kind)(kind % ST_KINDS), st_moved());
+        st_light *light = kind & 1 ? st_light_spot : st_light_one;
+        sss_plan plan = {8, 1, 0u, 0};
+        sample strata, drawn;
+        double error, ratio;
+        int lookups = f.kind == ST_STACK ? 200000 : 400000;
+        char name[160];
+        plan.techniques = sets[kind / ST_KINDS];
+        strata = run(&f, &m, &plan, light, TEST_SEED + (uint32_t)kind, lookups);
+        plan.independent = 1;
+        drawn = run(&f, &m, &plan, light, TEST_SEED + 100u + (uint32_t)kind, lookups);
+        error = sqrt(pow(st_error(&strata.value), 2.0) + pow(st_error(&drawn.value), 2.0));
+        name_case(name, sizeof name, &plan, &f, "mean of stratified against");
+        check_z(name, strata.value.mean, error, drawn.value.mean, 0.0, Z_LIMIT);
+        ratio = strata.variance.mean / drawn.variance.mean;
+        error = ratio * sqrt(pow(st_error(&strata.variance) / strata.variance.mean, 2.0) +
+                             pow(st_error(&drawn.variance) / drawn.variance.mean, 2.0));
+        name_case(name, sizeof name, &plan, &f, "variance of stratified over");
+        check_at_most(name, ratio, 1.0 + Z_LIMIT * error);
+        check_at_most("noise of that ratio", Z_LIMIT * error, 0.05);
+    }
+}
+
+/* ---- No bias: counts that fall to zero, strata that are no power of two, exits that share the probes ----
+ */
+static void no_bias(const st_fixture *f, const sss_medium *m, const sss_plan *plan, double truth,
+                    uint32_t name) {
+    sample got = run(f, m, plan, st_light_one, name, 4000000 / (plan->candidates + 1));
+    char text[160];
+    name_case(text, sizeof text, plan, f, "mean");
+    check_z(text, got.value.mean, st_error(&got.value), truth, 2e-5 * truth, Z_LIMIT);
+}
+static void drawn_counts_bring_no_bias(void **state) {
+    static const float albedo = 0.8f;
+    sss_medium m;
+    st_fixture f = st_standard(ST_EDGE, st_moved());
+    int i, independent;
+    (void)state;
+    grey_burley(&m, albedo, 1.0f);
+    for (independent = 0; independent < 2; ++independent)
+        for (i = 1; i <= 7; ++i) {
+            sss_plan plan = {0, 1, ALL, 0};
+            plan.candidates = i;
+            plan.exits = i == 5 ? 4 : i == 6 ? 2 : 1;
+            plan.independent = independent;
+            no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&f),
+                    TEST_SEED + 200u + (uint32_t)(10 * independent + i));
+        }
+}
+static void strata_of_any_number_bring_no_bias(void **state) {
+    static const float albedo = 0.8f;
+    static const int counts[] = {2, 3, 5, 6, 7, 9, 11, 13};
+    sss_medium m;
+    size_t i;
+    (void)state;
+    grey_burley(&m, albedo, 0.3f);
+    for (i = 0; i < sizeof counts / sizeof *counts; ++i) {
+        st_fixture f = st_standard(ST_CYLINDER, st_moved()), unit = f;
+        sss_plan plan = {0, 1, SSS_CHORD, 0};
+        unit.size /= (double)0.3f;
+        plan.candidates = counts[i];
+        no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit), TEST_SEED + 300u + (uint32_t)i);
+        plan.techniques = SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD;
+        if (i < 4)
+            no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit), TEST_SEED + 320u + (uint32_t)i);
+    }
+}
+
+/* ---- Counts, as a caller sees them. Entry at the origin, normal +z. ---- */
+enum { NORMAL, TANGENT, SPHERE, CHORD, CLASSES };
+/* Disk probes lie along an axis (the two tangents count as one here), the lines of the sphere pass through
+   the point at depth 1, and none of the others does. */
+static int class_of(const sss_probe *p) {
+    st_vec o = st_double(p->origin), d = st_double(p->direction),
+           below = st_sum(o, st_vec3(0.0, 0.0, -1.0), -1.0);
+    double along = fabs(d.x * d.x * d.y * d.y) + fabs(d.y * d.y * d.z * d.z) + fabs(d.z * d.z * d.x * d.x), t;
+    if (along < 1e-20) return fabs(d.z) > 0.5 ? NORMAL : TANGENT;
+    t = -st_dot(below, d);
+    return st_length(st_sum(below, d, t)) < 2e-5 && p->length > 4.0f ? SPHERE : CHORD;
+}
+static double share_of(unsigned techniques, int c) {
+    int i, n = 0;
+    for (i = 0; i < 4; ++i) n += (int)(techniques >> i & 1u);
+    return techniques >> c & 1u ? 1.0 / n : 0.0;
+}
+/* The probes of one lookup by class and by j mod N; returns their number, which lacks the few beyond the
+ * ball. */
+static int count_probes(const sss_medium *m, const sss_plan *plan, uint32_t seed,
+                        double count[CLASSES][SSS_MAX_EXITS]) {
+    sss_resampler s;
+    sss_probe probe;
+    int c, i, probes = 0;
+    for (c = 0; c < CLASSES; ++c)
+        for (i = 0; i < SSS_MAX_EXITS; ++i) count[c][i] = 0.0;
+    sss_begin(&s, m, plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)), seed);
+    for (; sss_next_probe(&s, &probe); ++probes) count[class_of(&probe)][probes % plan->exits] += 1.0;
+    return probes;
+}
+static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t name) {
+    st_stat totals[CLASSES] = {{0.0, 0.0, 0.0}};
+    double count[CLASSES][SSS_MAX_EXITS];
+    uint32_t seed;
+    char text[160];
+    int c, i;
+    snprintf(text, sizeof text, "probes of a technique: techniques %u, M %d, N %d, %s", plan->techniques,
+             plan->candidates, plan->exits, plan->independent ? "independent" : "stratified");
+    for (seed = 0; seed < 40000; ++seed) {
+        int probes = count_probes(m, plan, sss_hash(name, seed), count);
+        for (c = 0; c < CLASSES; ++c) {
+            double expected = plan->candidates * share_of(plan->techniques, c), sum = 0.0;
+            for (i = 0; i < plan->exits; ++i) {
+                sum += count[c][i];
+                if (probes == plan->candidates &&
+                    !plan->independent) /* the two tangents are two techniques */
+                    check_near(text, count[c][i], expected / plan->exits, c == TANGENT ? 1.99999 : 0.99999);
+            }
+            st_add(&totals[c], sum);
+            if (probes == plan->candidates && !plan->independent)
+                check_near(text, sum, expected, c == TANGENT ? 1.99999 : 0.99999);
+        }
+    }
+    for (c = 0; c < CLASSES; ++c) {
+        double expected = plan->candidates * share_of(plan->techniques, c);
+        check_z(text, totals[c].mean, st_error(&totals[c]), expected, 3e-4 * expected, Z_LIMIT);
+    }
+}
+static void probes_are_shared_as_stated(void **state) {
+    static const unsigned sets[] = {ALL, SSS_DISK | SSS_CHORD, SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD};
+    static const int candidates[] = {1, 2, 3, 4, 5, 6, 7, 8, 13, 16};
+    const sss_plan none = {0, 0, 0u, 0};
+    sss_medium m;
+    size_t t, i;
+    int independent;
+    (void)state;
+    grey_burley(&m, 0.8f, 1.0f);
+    for (t = 0; t < 3; ++t)
+        for (i = 0; i < 10; ++i)
+            for (independent = 0; independent < 2; ++independent) {
+                sss_plan plan = none;
+                plan.candidates = candidates[i];
+                plan.techniques = sets[t];
+                plan.exits = i == 7 || i == 9 ? 4 : i == 3 ? 2 : 1;
+                plan.independent = independent;
+                check_counts(&m, &plan,
+                             TEST_SEED + 400u + (uint32_t)(20 * t + 2 * i) + (uint32_t)independent);
+            }
+}
+
+/* ---- D4: independent probes with at most one hit, one exit: variance = V_S / M + (1 - 1 / M) V_g ---- */
+typedef struct law {
+    sss_resampler s;
+    st_profile profile;
+    st_light *light;
+    int over_intensity;
+} law;
+static double second_moment(st_vec y, st_vec n, const void *context) {
+    const law *l = (const law *)context;
+    double g = st_rd(&l->profile, st_length(y)), f = g * l->light(y);
+    double mu = (double)sss_intensity(&l->s, st_float(y), st_float(n));
+    return l->over_intensity ? f * f / mu : f * l->light(y);
+}
+static void variance_follows_the_law(void **state) {
+    static const unsigned sets[] = {SSS_CHORD, SSS_DISK | SSS_CHORD};
+    static const int candidates[] = {1, 2, 5, 16, 64};
+    const float albedo = 0.8f;
+    st_fixture f = st_standard(ST_PLANE, st_stay());
+    sss_medium m;
+    size_t t, i;
+    (void)state;
+    grey_burley(&m, albedo, 1.0f);
+    for (t = 0; t < 2; ++t)
+        for (i = 0; i < 5; ++i) {
+            sss_plan plan = {0, 1, 0u, 1};
+            double mean, v_s, v_g, expected;
+            sample got;
+            sss_vec3 x, n;
+            char name[160];
+            law l;
+            plan.candidates = candidates[i];
+            plan.techniques = sets[t];
+            l.profile = st_burley((double)albedo, (double)((float)st_burley_s((double)albedo)));
+            l.light = st_light_shadow;
+            st_entry(&f, &x, &n);
+            sss_begin(&l.s, &m, &plan, x, n, 1u);
+            mean = st_truth(&f, &l.profile, l.light);
+            l.over_intensity = 1;
+            v_s = st_surface(&f, 1.0, second_moment, &l) - mean * mean;
+            l.over_intensity = 0;
+            v_g = (double)albedo * st_surface(&f, 1.0, second_moment, &l) - mean * mean;
+            expected = v_s / plan.candidates + (1.0 - 1.0 / plan.candidates) * v_g;
+            got = run(&f, &m, &plan, l.light, TEST_SEED + 600u + (uint32_t)(10 * t + i), 300000);
+            name_case(name, sizeof name, &plan, &f, "variance");
+            check_relative(name, got.variance.mean, expected, 0.05);
+            check_at_most("noise of that variance", Z_LIMIT * st_error(&got.variance) / expected, 0.05);
+        }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(probes_are_shared_as_stated),
+        cmocka_unit_test(drawn_counts_bring_no_bias),
+        cmocka_unit_test(strata_of_any_number_bring_no_bias),
+        cmocka_unit_test(stratified_and_independent_agree),
+        cmocka_unit_test(variance_follows_the_law),
+    };
+    return cmocka_run_group_tests_name("plans", tests, NULL, st_report);
+}

@@ -1,0 +1,771 @@
+// test_robust.c - whatever goes in, errors have names and no NaN or infinity comes out.
+// SPDX-License-Identifier: MIT
+#include "sss_test.h"
+
+#if defined(__x86_64__) || defined(__i386__) || defined(_M_X64)
+#include <xmmintrin.h>
+#define CAN_FLUSH 1
+static void flush_denormals(int on) { _mm_setcsr((_mm_getcsr() & ~0x8040u) | (on ? 0x8040u : 0u)); }
+#else
+#define CAN_FLUSH 0
+static void flush_denormals(int on) { (void)on; }
+#endif
+
+static const float wrong_floats[] = {NAN, INFINITY, -INFINITY, -1.0f, 2.0f, 1e-13f, 1e13f};
+#define WRONG (int)(sizeof wrong_floats / sizeof *wrong_floats)
+
+static int is_finite(float x) { return x - x == 0.0f; }
+static int is_finite3(sss_vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
+static const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
+
+static sss_vec3 vector(float x, float y, float z) {
+    sss_vec3 v = {x, y, z};
+    return v;
+}
+
+// ---- Constructors
+
+enum { BURLEY, BURLEY_MFP, DIPOLE, BETTER, DIPOLE_FROM, BETTER_FROM, CONSTRUCTORS };
+
+static sss_result make(int which, sss_medium *m, const float *a, const float *b, float eta) {
+    switch (which) {
+    case BURLEY:
+        return sss_burley(m, a, b);
+    case BURLEY_MFP:
+        return sss_burley_mfp(m, a, b);
+    case DIPOLE:
+        return sss_dipole(m, a, b, eta);
+    case BETTER:
+        return sss_better_dipole(m, a, b, eta);
+    case DIPOLE_FROM:
+        return sss_dipole_from_albedo(m, a, b, eta);
+    default:
+        return sss_better_dipole_from_albedo(m, a, b, eta);
+    }
+}
+
+static sss_medium skin(int which) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.4f, 0.1f};
+    sss_medium m;
+    assert_int_equal(make(which, &m, albedo, length, 1.33f), SSS_OK);
+    return m;
+}
+
+// A black medium gives no light by any function and any lookup.
+static void expect_black(const char *name, const sss_medium *m) {
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    int c;
+    for (c = 0; c < 3; ++c) {
+        check_equal(name, sss_profile(m, c, 0.5f) == 0.0f && sss_within(m, c, 0.5f) == 0.0f, 1);
+        check_equal(name, m->albedo[c] == 0.0f, 1);
+    }
+    check_equal(name, sss_begin(&s, m, NULL, origin, up, 1u), SSS_OK);
+    check_equal(name, sss_next_probe(&s, &probe), 0);
+    sss_add_hit(&s, origin, up, 1.0f);
+    check_equal(name, sss_finish(&s, exits), 0);
+    check_equal(name, sss_intensity(&s, origin, up) == 0.0f, 1);
+}
+
+static void expect_made(const char *name, int which, const float *a, const float *b, float eta,
+                        sss_result expected) {
+    sss_medium m;
+    memset(&m, 0xff, sizeof m); // NaN all over: the constructor must not leave any of it
+    check_equal(name, (long)make(which, &m, a, b, eta), (long)expected);
+    if (expected != SSS_OK) expect_black(name, &m);
+}
+
+// Each field in turn takes each wrong value. 2 is a length, and 1e-13 an albedo.
+static void wrong_field(int which, int field, float wrong) {
+    float a[3] = {0.8f, 0.5f, 0.3f}, b[3] = {1.0f, 0.4f, 0.1f}, eta = 1.33f;
+    int by_albedo = which != DIPOLE && which != BETTER;
+    sss_result expected = field < 3 && by_albedo ? SSS_BAD_ALBEDO : field < 6 ? SSS_BAD_LENGTH : SSS_BAD_ETA;
+    char name[80];
+    if (field < 3)
+        a[field] = wrong;
+    else if (field < 6)
+        b[field - 3] = wrong;
+    else
+        eta = wrong;
+    if (expected == SSS_BAD_ALBEDO ? wrong == 1e-13f : wrong == 2.0f) expected = SSS_OK;
+    if (field == 6 && (which == BURLEY || which == BURLEY_MFP)) expected = SSS_OK; // they take no eta
+    snprintf(name, sizeof name, "constructor %d, field %d = %g", which, field, (double)wrong);
+    expect_made(name, which, a, b, eta, expected);
+}
+
+static void test_constructors(void **state) {
+    int which, field, i;
+    (void)state;
+    for (which = 0; which < CONSTRUCTORS; ++which)
+        for (field = 0; field < 7; ++field)
+            for (i = 0; i < WRONG; ++i) wrong_field(which, field, wrong_floats[i]);
+}
+
+// The ends of each range are in it.
+static void test_ranges(void **state) {
+    static const float ends[] = {0.0f, 1e-12f, 1e12f};
+    int which, i, k;
+    (void)state;
+    for (which = 0; which < CONSTRUCTORS; ++which) {
+        for (i = 0; i < 3; ++i) {
+            for (k = 0; k < 3; ++k) {
+                float a[3] = {0.5f, 0.0f, 1.0f}, b[3];
+                b[0] = b[1] = b[2] = ends[i];
+                if (which == DIPOLE || which == BETTER) a[0] = a[1] = a[2] = ends[k];
+                expect_made("the ends of the ranges", which, a, b, k == 0 ? 0.2f : 5.0f, SSS_OK);
+            }
+        }
+    }
+}
+
+static void test_names(void **state) {
+    int i, k;
+    (void)state;
+    for (i = SSS_OK; i <= SSS_BAD_PLAN + 1; ++i) {
+        const char *text = sss_result_string((sss_result)i);
+        assert_true(text && strlen(text) > 1 && !strchr(text, '\n') && text[strlen(text) - 1] != '.');
+        for (k = SSS_OK; k < i; ++k) assert_string_not_equal(text, sss_result_string((sss_result)k));
+    }
+    assert_string_equal(sss_result_string((sss_result)77), sss_result_string((sss_result)(SSS_BAD_PLAN + 1)));
+}
+
+// ---- Lookups that are refused
+
+static void expect_refused(const char *name, const sss_plan *plan, sss_vec3 position, sss_vec3 normal,
+                           sss_result expected) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f},
+                       length[3] = {1.0f, 0.0f, 0.1f}; // Lambert among live channels
+    sss_medium m;
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
+    memset(&s, 0xff, sizeof s);
+    check_equal(name, (long)sss_begin(&s, &m, plan, position, normal, 1u), (long)expected);
+    check_equal(name, sss_next_probe(&s, &probe), 0);
+    sss_add_hit(&s, origin, up, 1.0f);
+    check_equal(name, sss_finish(&s, exits), 0);
+    check_equal(name, sss_intensity(&s, vector(0.1f, 0.2f, 0.0f), up) == 0.0f, 1);
+}
+
+static sss_plan plan_of(int candidates, int exits, unsigned techniques, int independent) {
+    sss_plan plan;
+    plan.candidates = candidates;
+    plan.exits = exits;
+    plan.techniques = techniques;
+    plan.independent = independent;
+    return plan;
+}
+
+static void test_bad_plans(void **state) {
+    static const unsigned techniques[] = {16u, 17u, 32u, 0x80000000u, 0xffffffffu};
+    static const int counts[] = {-1, INT32_MIN, INT32_MAX, 0};
+    int i;
+    (void)state;
+    for (i = 0; i < 5; ++i) {
+        sss_plan plan = plan_of(8, 1, techniques[i], 0);
+        expect_refused("unknown technique", &plan, origin, up, SSS_BAD_PLAN);
+    }
+    for (i = 0; i < 4; ++i) {
+        sss_plan plan = plan_of(counts[i] ? counts[i] : SSS_MAX_CANDIDATES + 1, 1, 0u, 0);
+        expect_refused("candidates", &plan, origin, up, SSS_BAD_PLAN);
+        plan = plan_of(8, counts[i] ? counts[i] : SSS_MAX_EXITS + 1, 0u, 0);
+        expect_refused("exits", &plan, origin, up, SSS_BAD_PLAN);
+    }
+}
+
+static void test_bad_points(void **state) {
+    static const float wrong[] = {NAN, INFINITY, -INFINITY};
+    int i, k;
+    (void)state;
+    for (i = 0; i < 3; ++i) {
+        for (k = 0; k < 3; ++k) {
+            sss_vec3 v = vector(k == 0 ? wrong[i] : 1.0f, k == 1 ? wrong[i] : 1.0f, k == 2 ? wrong[i] : 1.0f);
+            expect_refused("position", NULL, v, up, SSS_BAD_POSITION);
+            expect_refused("normal", NULL, origin, v, SSS_BAD_NORMAL);
+        }
+    }
+    expect_refused("zero normal", NULL, origin, origin, SSS_BAD_NORMAL);
+    expect_refused("zero normal", NULL, origin, vector(-0.0f, 0.0f, -0.0f), SSS_BAD_NORMAL);
+}
+
+// ---- Hits
+
+// Hits on the plane z = 0 of every probe, and before each of them the bad one, if any.
+typedef struct bad_hit {
+    sss_vec3 position, normal;
+    float light;
+} bad_hit;
+
+static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, const bad_hit *bad, float light,
+                   sss_exit *exits) {
+    st_fixture plane = st_standard(ST_PLANE, st_stay());
+    st_hit hits[ST_MAX_HITS];
+    sss_resampler s;
+    sss_probe probe;
+    int i, n;
+    assert_int_equal(sss_begin(&s, m, plan, origin, up, seed), SSS_OK);
+    while (sss_next_probe(&s, &probe)) {
+        n = st_trace(&plane, &probe, hits);
+        for (i = 0; i <= n; ++i) {
+            if (bad) sss_add_hit(&s, bad->position, bad->normal, bad->light);
+            if (i < n) sss_add_hit(&s, hits[i].position, hits[i].normal, light);
+        }
+    }
+    memset(exits, 0, SSS_MAX_EXITS * sizeof *exits);
+    return sss_finish(&s, exits);
+}
+
+static void expect_ignored(const sss_medium *m, bad_hit bad) {
+    uint32_t seed;
+    for (seed = 0; seed < 40u; ++seed) {
+        sss_plan plan =
+            plan_of((int)(seed % 9u), (int)(seed % (SSS_MAX_EXITS + 1u)), seed % 16u, (int)(seed / 20u));
+        sss_exit with[SSS_MAX_EXITS], without[SSS_MAX_EXITS];
+        int n = look_up(m, &plan, seed, NULL, 0.7f, without);
+        assert_int_equal(look_up(m, &plan, seed, &bad, 0.7f, with), n);
+        assert_memory_equal(with, without, sizeof with);
+    }
+}
+
+static void test_bad_hits(void **state) {
+    static const float wrong[] = {NAN, INFINITY, -INFINITY};
+    static const float dark[] = {NAN, INFINITY, -INFINITY, -1.0f, -1e-45f, 0.0f, -0.0f};
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.0f, 0.1f};
+    const bad_hit good = {{0.1f, 0.2f, 0.0f}, {0.0f, 0.0f, 1.0f}, 1.0f};
+    sss_medium media[2];
+    int i, k;
+    (void)state;
+    media[0] = skin(BETTER);
+    assert_int_equal(sss_burley(&media[1], albedo, length), SSS_OK);
+    for (k = 0; k < 2; ++k) {
+        bad_hit bad = good;
+        for (i = 0; i < 3; ++i) {
+            bad = good, bad.position.x = wrong[i], expect_ignored(&media[k], bad);
+            bad = good, bad.position.z = wrong[i], expect_ignored(&media[k], bad);
+            bad = good, bad.normal.y = wrong[i], expect_ignored(&media[k], bad);
+            bad = good, bad.normal.z = wrong[i], expect_ignored(&media[k], bad);
+        }
+        bad = good, bad.normal = origin, expect_ignored(&media[k], bad);
+        for (i = 0; i < 7; ++i) bad = good, bad.light = dark[i], expect_ignored(&media[k], bad);
+    }
+}
+
+// Positive hints act as clamped to [2^-40, 2^40], denormals and all.
+static void test_hints_are_clamped(void **state) {
+    static const float given[] = {1e-45f, 1e-38f, 9e-13f, 1.2e12f, 1e30f, 3.402823466e38f};
+    sss_medium m = skin(BURLEY);
+    uint32_t seed;
+    int i;
+    (void)state;
+    for (i = 0; i < 6; ++i) {
+        for (seed = 0; seed < 50u; ++seed) {
+            sss_exit a[SSS_MAX_EXITS], b[SSS_MAX_EXITS];
+            int n = look_up(&m, NULL, seed, NULL, ldexpf(1.0f, given[i] < 1.0f ? -40 : 40), a);
+            assert_int_equal(look_up(&m, NULL, seed, NULL, given[i], b), n);
+            assert_memory_equal(a, b, sizeof a);
+        }
+    }
+}
+
+static void test_hit_before_any_probe(void **state) {
+    sss_medium m = skin(DIPOLE);
+    sss_resampler s;
+    sss_exit exits[SSS_MAX_EXITS];
+    (void)state;
+    assert_int_equal(sss_begin(&s, &m, NULL, origin, up, 1u), SSS_OK);
+    sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), up, 1.0f);
+    assert_int_equal(sss_finish(&s, exits), 0);
+}
+
+static void test_finish_twice(void **state) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.0f, 0.1f};
+    st_fixture plane = st_standard(ST_PLANE, st_stay());
+    sss_medium m;
+    uint32_t seed;
+    (void)state;
+    assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
+    for (seed = 0; seed < 100u; ++seed) {
+        sss_plan plan = plan_of(7, SSS_MAX_EXITS < 3 ? 1 : 3, 0u, 0);
+        sss_exit a[SSS_MAX_EXITS], b[SSS_MAX_EXITS];
+        sss_resampler s;
+        sss_probe probe;
+        st_hit hits[ST_MAX_HITS];
+        assert_int_equal(sss_begin(&s, &m, &plan, origin, up, seed), SSS_OK);
+        while (sss_next_probe(&s, &probe))
+            if (st_trace(&plane, &probe, hits)) sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f);
+        memset(a, 0, sizeof a);
+        memset(b, 0, sizeof b);
+        assert_int_equal(sss_finish(&s, a), sss_finish(&s, b));
+        assert_memory_equal(a, b, sizeof a);
+        assert_int_equal(sss_next_probe(&s, &probe), 0);
+    }
+}
+
+// ---- Channels without a profile
+
+static void test_black_lookup(void **state) {
+    static const float zero[3] = {0.0f, 0.0f, 0.0f}, one[3] = {1.0f, 1.0f, 1.0f};
+    sss_medium m;
+    int which;
+    (void)state;
+    for (which = 0; which < CONSTRUCTORS; ++which) {
+        int coefficients = which == DIPOLE || which == BETTER;
+        assert_int_equal(make(which, &m, coefficients ? one : zero, coefficients ? zero : one, 1.4f), SSS_OK);
+        expect_black("black", &m);
+    }
+    assert_int_equal(sss_dipole(&m, zero, zero, 1.4f), SSS_OK);
+    expect_black("empty", &m);
+}
+
+static void test_lambert_lookup(void **state) {
+    static const float albedo[3] = {0.8f, 0.0f, 0.3f}, zero[3] = {0.0f, 0.0f, 0.0f};
+    const sss_vec3 x = {1.0f, 2.0f, 3.0f}, n = {0.0f, 0.0f, -7.0f};
+    sss_medium m;
+    uint32_t seed;
+    int c;
+    (void)state;
+    assert_int_equal(sss_burley(&m, albedo, zero), SSS_OK);
+    for (seed = 0; seed < 100u; ++seed) {
+        sss_resampler s;
+        sss_probe probe;
+        sss_exit exits[SSS_MAX_EXITS];
+        sss_plan plan = plan_of(8, (int)(seed % (SSS_MAX_EXITS + 1u)), 0u, 0);
+        assert_int_equal(sss_begin(&s, &m, &plan, x, n, seed), SSS_OK);
+        assert_int_equal(sss_next_probe(&s, &probe), 0);
+        assert_int_equal(sss_finish(&s, exits), 1);
+        assert_memory_equal(&exits[0].position, &x, sizeof x);
+        assert_true(exits[0].normal.x == 0.0f && exits[0].normal.y == 0.0f && exits[0].normal.z == -1.0f);
+        for (c = 0; c < 3; ++c) assert_true(exits[0].weight[c] == albedo[c]);
+    }
+}
+
+// A Lambert and a black channel beside a live one: the entry bears light in the first alone, the surface in
+// the last.
+static void test_mixed_lookup(void **state) {
+    static const float albedo[3] = {0.8f, 0.0f, 0.3f}, length[3] = {0.0f, 1.0f, 0.5f};
+    sss_medium m;
+    double sum = 0.0;
+    uint32_t seed;
+    int i, n, entries = 0;
+    (void)state;
+    assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
+    for (seed = 0; seed < 4000u; ++seed) {
+        sss_exit exits[SSS_MAX_EXITS];
+        n = look_up(&m, NULL, seed, NULL, 1.0f, exits);
+        for (i = 0; i < n; ++i) {
+            int entry = exits[i].weight[0] > 0.0f;
+            assert_true(exits[i].weight[1] == 0.0f && entry == !(exits[i].weight[2] > 0.0f));
+            if (entry) assert_memory_equal(&exits[i].position, &origin, sizeof origin);
+            entries += entry;
+            sum += (double)exits[i].weight[0];
+        }
+    }
+    // Of a weight that is 0 or about twice the albedo the mean over 4000 has 1.6 % of noise: five of them
+    assert_in_range(entries, 1000, 3000);
+    check_near("mean weight of Lambert's channel", sum / 4000.0, 0.8, 0.8 * 0.08);
+}
+
+// ---- Far, near and faint
+
+static int exits_are_sound(const sss_exit *exits, int n) {
+    int i, c;
+    for (i = 0; i < n; ++i) {
+        if (!is_finite3(exits[i].position) || !is_finite3(exits[i].normal)) return 0;
+        for (c = 0; c < 3; ++c)
+            if (!(exits[i].weight[c] >= 0.0f && is_finite(exits[i].weight[c]))) return 0;
+    }
+    return 1;
+}
+
+// One hit on every probe, at a distance r from the entry. Returns whether all exits are finite.
+static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float light, uint32_t seed,
+                  float *weight) {
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    sss_vec3 at = vector(0.8f * r, -0.6f * r, 0.0f), n = vector(0.3f, 0.1f, 1.0f);
+    int count;
+    assert_int_equal(sss_begin(&s, m, plan, origin, up, seed), SSS_OK);
+    while (sss_next_probe(&s, &probe)) sss_add_hit(&s, at, n, light);
+    count = sss_finish(&s, exits);
+    *weight = count ? exits[0].weight[0] : 0.0f;
+    return exits_are_sound(exits, count) && is_finite(sss_intensity(&s, at, n)) &&
+           sss_intensity(&s, at, n) >= 0.0f;
+}
+
+static void sweep_distance(int flush) {
+    static const float lights[] = {1.0f, 1e-30f, 1e30f};
+    int which, k, broken = 0;
+    char first[120] = "";
+    unsigned techniques;
+    for (which = 0; which < CONSTRUCTORS; ++which) {
+        sss_medium m = skin(which);
+        flush_denormals(flush);
+        for (techniques = 0; techniques < 16u; ++techniques) {
+            for (k = 0; k < 800 * 3; ++k) {
+                float r = (float)pow(10.0, k / 3 < 300 ? k / 3 / 100.0 - 1.0 : (k / 3 - 300) / 14.0 + 2.0),
+                      weight;
+                sss_plan plan = plan_of(8, 1, techniques, 0);
+                if (hit_at(&m, &plan, r, lights[k % 3], techniques + 1u, &weight)) continue;
+                if (!broken++)
+                    snprintf(first, sizeof first, "constructor %d, techniques %u, r %g, light %g: weight %g",
+                             which, techniques, (double)r, (double)lights[k % 3], (double)weight);
+            }
+        }
+        flush_denormals(0);
+    }
+    if (broken) fail_msg("%d lookups are not finite, first %s", broken, first);
+}
+
+static void test_far_hits(void **state) {
+    (void)state;
+    sweep_distance(0);
+}
+
+static void test_far_hits_flushed(void **state) {
+    (void)state;
+    if (!CAN_FLUSH) skip();
+    sweep_distance(1);
+}
+
+// At the entry exactly and next to it: finite, and within the bound of a chord's hit: 8 hits of a probe in 8.
+static void test_hit_at_the_entry(void **state) {
+    static const float near_by[] = {0.0f, 1e-45f, 1e-38f, 1e-20f, 1e-10f, 1e-7f, 1e-6f};
+    sss_plan plan = plan_of(8, 1, SSS_CHORD, 0);
+    int which, i;
+    (void)state;
+    for (which = 0; which < CONSTRUCTORS; ++which) {
+        sss_medium m = skin(which);
+        for (i = 0; i < 7; ++i) {
+            float weight, sup = m.dipole ? 3.3f : 1.0f;
+            int sound = hit_at(&m, &plan, near_by[i], 1.0f, 3u, &weight);
+            assert_true(sound && weight > 0.0f);
+            check_at_most("weight at the entry", (double)weight,
+                          (double)(m.albedo[0] * 3.0f * 2.0f * sup) * (1.0 + 1e-5));
+        }
+    }
+}
+
+// Disk probes about one axis see a face along it with next to no density: the sum of such weights must stay
+// finite.
+static void test_sum_of_weights_overflows(void **state) {
+    sss_medium m = skin(BURLEY);
+    sss_plan plan = plan_of(8, 1, SSS_DISK, 0);
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    float steep;
+    (void)state;
+    for (steep = 1e-30f; steep > 1e-44f; steep *= 0.5f) {
+        int i, n;
+        assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 5u), SSS_OK);
+        while (sss_next_probe(&s, &probe))
+            for (i = 0; i < 20; ++i)
+                sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), vector(1.0f, 0.0f, steep), 1.0f);
+        n = sss_finish(&s, exits);
+        if (!exits_are_sound(exits, n))
+            fail_msg("normals (1, 0, %g): weight %g", (double)steep, (double)exits[0].weight[0]);
+    }
+}
+
+// ---- Advice
+
+static int advice_is_sane(const sss_medium *m, const sss_need *need) {
+    unsigned advice = 0xffffffffu;
+    sss_plan plan = sss_plan_for(m, need, &advice), again = sss_plan_for(m, need, NULL);
+    sss_resampler s;
+    return sss_begin(&s, m, &plan, origin, up, 1u) == SSS_OK && plan.candidates == again.candidates &&
+           advice <= (unsigned)(SSS_ADVICE_LAMBERT | SSS_ADVICE_VOLUME) && plan.exits >= 0 &&
+           plan.candidates >= 0 && (plan.techniques == 0u || (plan.techniques & SSS_CHORD));
+}
+
+static void test_plans(void **state) {
+    static const float some[] = {0.0f, -0.0f, 1e-45f,  1e-20f, 1e-3f, 1.0f,     30.0f,
+                                 1e4f, 1e20f, 3.4e38f, -1.0f,  NAN,   INFINITY, -INFINITY};
+    int which, i, j, k, n = (int)(sizeof some / sizeof *some);
+    (void)state;
+    for (which = 0; which < CONSTRUCTORS; ++which) {
+        sss_medium m = skin(which);
+        for (i = 0; i < n; ++i) {
+            for (j = 0; j < n; ++j) {
+                for (k = 0; k < n; ++k) {
+                    sss_need need = {some[i], some[j], some[k]};
+                    if (!advice_is_sane(&m, &need))
+                        fail_msg("needs %g %g %g", (double)some[i], (double)some[j], (double)some[k]);
+                }
+            }
+        }
+    }
+}
+
+// What the advice means: Lambert below the footprint or without a live channel, a volume where objects are
+// small.
+static void test_advice(void **state) {
+    sss_medium m = skin(BURLEY), black = m;
+    sss_need need = {0.0f, 0.0f, 0.0f};
+    unsigned advice;
+    int before = 0, cost;
+    (void)state;
+    (void)sss_plan_for(&m, &need, &advice);
+    assert_int_equal(advice, 0);
+    need.curvature_radius = 0.01f;
+    (void)sss_plan_for(&m, &need, &advice);
+    assert_int_equal(advice, SSS_ADVICE_VOLUME);
+    need.curvature_radius = 1e3f;
+    need.footprint = 2.0f * m.r_max;
+    (void)sss_plan_for(&m, &need, &advice);
+    assert_int_equal(advice, SSS_ADVICE_LAMBERT);
+    memset(black.albedo, 0, sizeof black.albedo);
+    need.footprint = 0.0f;
+    (void)sss_plan_for(&black, &need, &advice);
+    assert_int_equal(advice, SSS_ADVICE_LAMBERT);
+    for (cost = 1; cost < 3000; ++cost) { // the dearer a point is to shade, the more probes
+        int candidates;
+        need.shading_cost = (float)cost;
+        candidates = sss_plan_for(&m, &need, NULL).candidates;
+        assert_true(candidates >= before);
+        before = candidates;
+    }
+}
+
+// ---- Anything at all
+
+typedef struct found {
+    long probes, intensity, exits, profile, within, plans, refused;
+    uint32_t seed; // of the first medium with any
+} found;
+
+static uint32_t random_bits(uint64_t *state) {
+    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return (uint32_t)(z >> 32);
+}
+
+static float random_unit(uint64_t *state) { return ((float)(random_bits(state) >> 9) + 0.5f) / 8388608.0f; }
+
+// Any bits, a special value, or a number of a size that makes sense.
+static float any_float(uint64_t *state) {
+    static const float special[] = {0.0f,
+                                    -0.0f,
+                                    1.0f,
+                                    -1.0f,
+                                    1e-45f,
+                                    -1e-45f,
+                                    1.17549435e-38f,
+                                    1e-30f,
+                                    1e-12f,
+                                    1e12f,
+                                    1e19f,
+                                    3.4028235e38f,
+                                    -3.4028235e38f,
+                                    0.99999994f,
+                                    0.5f,
+                                    5.0f,
+                                    0.2f,
+                                    INFINITY,
+                                    -INFINITY,
+                                    NAN};
+    uint32_t kind = random_bits(state) % 8u;
+    float sign = random_bits(state) & 1u ? 1.0f : -1.0f;
+    if (kind < 2u) return sssi_float(random_bits(state));
+    if (kind < 3u) return special[random_bits(state) % 20u];
+    if (kind < 5u) return sign * exp2f(86.0f * random_unit(state) - 43.0f); // 1e-13 .. 1e13
+    return sign * exp2f(12.0f * random_unit(state) - 8.0f);
+}
+
+static sss_vec3 any_vector(uint64_t *state) {
+    sss_vec3 v;
+    v.x = any_float(state);
+    v.y = any_float(state);
+    v.z = any_float(state);
+    return v;
+}
+
+// Of four media three are meant to be good: else the lookups would all be black.
+static sss_medium any_medium(uint64_t *state) {
+    static const float albedos[] = {0.0f, 1.0f, 0.99999994f, 0.9999999f, 0.5f, 1e-30f, 1e-4f};
+    int which = (int)(random_bits(state) % CONSTRUCTORS), good = random_bits(state) % 4u > 0u, c;
+    int alike = random_bits(state) % 2u == 0u, coefficients = which == DIPOLE || which == BETTER;
+    float a[3], b[3], eta = any_float(state), base = exp2f(79.0f * random_unit(state) - 39.5f);
+    sss_medium m;
+    for (c = 0; c < 3; ++c) {
+        a[c] = any_float(state);
+        b[c] = any_float(state);
+        if (!good) continue;
+        a[c] = random_bits(state) % 2u ? random_unit(state) : albedos[random_bits(state) % 7u];
+        b[c] = alike ? base * exp2f(-4.0f * random_unit(state)) : exp2f(79.0f * random_unit(state) - 39.5f);
+        if (coefficients) a[c] = exp2f(79.0f * random_unit(state) - 39.5f);
+        if (random_bits(state) % 16u == 0u) b[c] = 0.0f;
+        if (b[c] != 0.0f) b[c] = fminf(fmaxf(b[c], 1e-12f), 1e12f);
+        eta = 0.2f + 4.8f * random_unit(state);
+    }
+    memset(&m, 0xff, sizeof m);
+    (void)make(which, &m, a, b, eta);
+    return m;
+}
+
+static sss_plan any_plan(uint64_t *state) {
+    int good = random_bits(state) % 16u > 0u;
+    sss_plan plan;
+    plan.candidates = (int)(random_bits(state) % 9u);
+    plan.exits = (int)(random_bits(state) % (SSS_MAX_EXITS + 1u));
+    plan.techniques = random_bits(state) % 16u;
+    plan.independent = (int)(random_bits(state) % 2u);
+    if (good) return plan;
+    plan.candidates = (int)(random_bits(state) & 0x3ffu) - 300;
+    plan.techniques = random_bits(state) % 20u;
+    plan.independent = (int)(random_bits(state) & 0x7fffffffu);
+    return plan;
+}
+
+// Somewhere on the probe with any normal, at the entry, or anywhere.
+static void any_hit(sss_resampler *s, const sss_probe *probe, uint64_t *state, found *f) {
+    uint32_t kind = random_bits(state) % 8u;
+    float t = probe->length * random_unit(state), light = random_bits(state) % 2u ? 1.0f : any_float(state),
+          mu;
+    sss_vec3 x = any_vector(state), n = any_vector(state);
+    if (kind == 0u) x = s->position;
+    if (kind > 2u)
+        x = vector(probe->origin.x + t * probe->direction.x, probe->origin.y + t * probe->direction.y,
+                   probe->origin.z + t * probe->direction.z);
+    mu = sss_intensity(s, x, n);
+    f->intensity += !(mu >= 0.0f && is_finite(mu));
+    sss_add_hit(s, x, n, light);
+}
+
+static int probe_is_sound(const sss_probe *p) {
+    double length = st_length(st_double(p->direction));
+    return is_finite3(p->origin) && fabs(length - 1.0) < 1e-6 && p->length >= 0.0f && is_finite(p->length);
+}
+
+static void any_lookup(const sss_medium *m, uint64_t *state, found *f) {
+    sss_plan plan = any_plan(state);
+    sss_vec3 x = any_vector(state), n = any_vector(state);
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    sss_result result;
+    int i, count, hits, probes = 0;
+    if (random_bits(state) % 4u)
+        x = vector(random_unit(state), random_unit(state), -3.0f * random_unit(state));
+    if (random_bits(state) % 4u) n = vector(random_unit(state) - 0.5f, random_unit(state) - 0.5f, 1.0f);
+    memset(&s, 0xff, sizeof s);
+    result = sss_begin(&s, m, random_bits(state) % 8u ? &plan : NULL, x, n, random_bits(state));
+    while (sss_next_probe(&s, &probe)) {
+        ++probes;
+        f->probes += !probe_is_sound(&probe);
+        hits = (int)(random_bits(state) % 3u);
+        for (i = 0; i < hits; ++i) any_hit(&s, &probe, state, f);
+    }
+    count = sss_finish(&s, exits);
+    f->exits += !exits_are_sound(exits, count) || count > s.exits;
+    f->refused += result != SSS_OK && (probes || count);
+}
+
+static void any_numbers(const sss_medium *m, uint64_t *state, found *f) {
+    sss_need need;
+    int i;
+    for (i = 0; i < 20; ++i) {
+        float r = any_float(state);
+        int c = (int)(random_bits(state) % 5u) - 1;
+        float value = sss_profile(m, c, r), within = sss_within(m, c, r);
+        f->profile += !(value >= 0.0f && is_finite(value));
+        f->within += !(within >= 0.0f && within <= 1.0f);
+    }
+    need.footprint = any_float(state);
+    need.curvature_radius = any_float(state);
+    need.shading_cost = any_float(state);
+    f->plans += !advice_is_sane(m, &need);
+}
+
+static long total(const found *f) {
+    return f->probes + f->intensity + f->exits + f->profile + f->within + f->plans + f->refused;
+}
+
+static void add_found(found *to, const found *from) {
+    if (!total(from)) return;
+    if (!total(to) || from->seed < to->seed) to->seed = from->seed;
+    to->probes += from->probes;
+    to->intensity += from->intensity;
+    to->exits += from->exits;
+    to->profile += from->profile;
+    to->within += from->within;
+    to->plans += from->plans;
+    to->refused += from->refused;
+}
+
+static found fuzz_medium(uint32_t seed, int lookups) {
+    uint64_t state = seed;
+    found f;
+    sss_medium m;
+    int i;
+    memset(&f, 0, sizeof f);
+    f.seed = seed;
+    m = any_medium(&state);
+    any_numbers(&m, &state, &f);
+    for (i = 0; i < lookups; ++i) any_lookup(&m, &state, &f);
+    return f;
+}
+
+static void fuzz(int flush, int media, int lookups) {
+    found all;
+    int i;
+    memset(&all, 0, sizeof all);
+#pragma omp parallel
+    {
+        flush_denormals(flush);
+#pragma omp for schedule(dynamic, 64)
+        for (i = 0; i < media; ++i) {
+            found f = fuzz_medium(TEST_SEED + (uint32_t)i, lookups);
+#pragma omp critical
+            add_found(&all, &f);
+        }
+        flush_denormals(0);
+    }
+    if (total(&all))
+        fail_msg("not finite or negative: %ld probes, %ld intensities, %ld exits, %ld profiles, %ld within, "
+                 "%ld plans; %ld "
+                 "refused lookups gave something; first with medium %u",
+                 all.probes, all.intensity, all.exits, all.profile, all.within, all.plans, all.refused,
+                 all.seed);
+}
+
+static void test_fuzz(void **state) {
+    (void)state;
+    fuzz(0, 50000, 40);
+}
+
+static void test_fuzz_flushed(void **state) {
+    (void)state;
+    if (!CAN_FLUSH) skip();
+    fuzz(1, 12500, 40);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_constructors),
+        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_bad_plans),
+        cmocka_unit_test(test_bad_points),
+        cmocka_unit_test(test_bad_hits),
+        cmocka_unit_test(test_hints_are_clamped),
+        cmocka_unit_test(test_hit_before_any_probe),
+        cmocka_unit_test(test_finish_twice),
+        cmocka_unit_test(test_black_lookup),
+        cmocka_unit_test(test_lambert_lookup),
+        cmocka_unit_test(test_mixed_lookup),
+        cmocka_unit_test(test_far_hits),
+        cmocka_unit_test(test_far_hits_flushed),
+        cmocka_unit_test(test_hit_at_the_entry),
+        cmocka_unit_test(test_sum_of_weights_overflows),
+        cmocka_unit_test(test_plans),
+        cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_fuzz),
+        cmocka_unit_test(test_fuzz_flushed),
+    };
+    return cmocka_run_group_tests_name("robustness", tests, NULL, NULL);
+}
