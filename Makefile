@@ -15,10 +15,11 @@ DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup all demo test test-long test-mutants mix install clean
+.PHONY: help setup all demo pictures test test-long test-mutants mix install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
+	@echo 'make pictures      make the pictures of the README anew'
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
@@ -52,6 +53,9 @@ build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 
 demo: build/render
 	build/render --compare --png build/demo.png
+
+pictures: demo
+	cp build/demo.png demos/bear.png
 
 mix: build/mix
 	build/mix

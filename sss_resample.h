@@ -386,7 +386,7 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float dr = SSSI_SQRT(r2 + zr * zr), dv = SSSI_SQRT(r2 + zv * zv), far = (zv - zr) * (zv + zr) / (dr + dv);
     float er = sssi_exp(-s * dr), fall = sssi_expm1(-s * far), ev = er * (1.0f + fall);
-    float poles = zr * (1.0f + s * dr) * er / (dr * dr * dr) + zv * (1.0f + s * dv) * ev / (dv * dv * dv);
+    float poles = zr / dr * (1.0f + s * dr) * er / (dr * dr) + zv / dv * (1.0f + s * dv) * ev / (dv * dv);
     return m->flux[c] * poles + m->fluence[c] * er * (far - dr * fall) / (dr * dv);
 }
 SSSI_FN float sssi_profile_unit(const sss_medium *m, int c, float r2) {
@@ -562,7 +562,7 @@ SSSI_FN sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, const 
                 else high = middle;
             }
             h = sssi_make_shape(&b, sssi_float(high));
-            if (h.sigma * dmfp[c] >= 1e-12f) sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]); /* else Lambert */
+            if (h.sigma * dmfp[c] >= 1e-17f) sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]); /* else Lambert */
         }
     }
     sssi_set_r_max(m);

@@ -157,20 +157,6 @@ static inline void image_blit(image_bytes *to, const image *from, float exposure
     }
 }
 
-// A detail, every pixel as a block of `zoom` by `zoom`.
-static inline void image_blit_zoomed(image_bytes *to, const image *from, float exposure, int left, int top,
-                                     int x0, int y0, int width, int height, int zoom) {
-    for (int y = 0; y < height * zoom; y++) {
-        for (int x = 0; x < width * zoom; x++) {
-            size_t at = image_count(from->width, y0 + y / zoom) + 3u * (size_t)(x0 + x / zoom);
-            for (size_t c = 0; c < 3; c++) {
-                to->rgb[image_count(to->width, top + y) + 3u * (size_t)(left + x) + c] =
-                    image_tone(from->rgb[at + c], exposure);
-            }
-        }
-    }
-}
-
 // ---- Captions
 
 static inline const char *image_font_open(image_font *font) {

@@ -394,9 +394,40 @@ static void write_png(const char *path, const image_bytes *bytes) {
 
 // ---- One picture
 
+static image load_against(const options *o) {
+    image against;
+    const char *wrong = image_read_pfm(&against, o->against);
+    if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
+    if (against.width != o->settings.width || against.height != o->settings.height) {
+        fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height,
+             o->settings.width, o->settings.height);
+    }
+    return against;
+}
+
+static void write_outputs(const options *o, const run *r) {
+    if (o->stats) {
+        write_stats(o->stats, o->scene, r, 1);
+        printf("wrote %s\n", o->stats);
+    }
+    if (o->pfm) {
+        const char *wrong = image_write_pfm(&r->picture, o->pfm);
+        if (wrong) fail(1, "cannot write %s: %s", o->pfm, wrong);
+        printf("wrote %s\n", o->pfm);
+    }
+    if (o->png) {
+        image_bytes bytes;
+        if (!image_bytes_new(&bytes, r->settings.width, r->settings.height, 0)) fail(1, "out of memory");
+        image_blit(&bytes, &r->picture, 1.0f, 0, 0);
+        write_png(o->png, &bytes);
+        printf("wrote %s\n", o->png);
+        free(bytes.rgb);
+    }
+}
+
 static void render_one(const options *o) {
     scene s;
-    image against;
+    image against = {0, 0, NULL};
     run r;
     memset(&r, 0, sizeof r);
     r.method = o->method;
@@ -404,14 +435,7 @@ static void render_one(const options *o) {
     r.spp = o->spp;
     r.relative_mse = -1.0;
     load_scene(&s, o);
-    if (o->against) {
-        const char *wrong = image_read_pfm(&against, o->against);
-        if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
-        if (against.width != r.settings.width || against.height != r.settings.height) {
-            fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height,
-                 r.settings.width, r.settings.height);
-        }
-    }
+    if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, r.spp);
     render_run(&s, &r, &p, o->scene, 1.0);
@@ -426,20 +450,7 @@ static void render_one(const options *o) {
         free(against.rgb);
     }
     printf("\n");
-    if (o->stats) write_stats(o->stats, o->scene, &r, 1);
-    if (o->pfm) {
-        const char *wrong = image_write_pfm(&r.picture, o->pfm);
-        if (wrong) fail(1, "cannot write %s: %s", o->pfm, wrong);
-        printf("wrote %s\n", o->pfm);
-    }
-    if (o->png) {
-        image_bytes bytes;
-        if (!image_bytes_new(&bytes, r.settings.width, r.settings.height, 0)) fail(1, "out of memory");
-        image_blit(&bytes, &r.picture, 1.0f, 0, 0);
-        write_png(o->png, &bytes);
-        printf("wrote %s\n", o->png);
-        free(bytes.rgb);
-    }
+    write_outputs(o, &r);
     free(r.picture.rgb);
 }
 

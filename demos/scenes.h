@@ -142,16 +142,16 @@ static inline scenes_optics scenes_bear(scene *s) {
                 scene_vec(0.0f, 0.0f, 0.0f));
     scenes_camera(s, scene_vec(1.2f, 2.9f, 6.3f), scene_vec(0.0f, 0.98f, 0.1f), 21.0f);
     scenes_light(s, scene_vec(-1.3f, 2.8f, -3.6f), scene_vec(0.0f, 1.0f, 0.0f), 0.6f,
-                 scene_vec(46.0f, 42.0f, 36.0f));
-    return scenes_make_optics(scene_vec(0.92f, 0.26f, 0.08f), scene_vec(1.25f, 0.24f, 0.25f));
+                 scene_vec(48.0f, 43.0f, 36.0f));
+    return scenes_make_optics(scene_vec(0.93f, 0.19f, 0.05f), scene_vec(1.22f, 0.25f, 0.28f));
 }
 
 // Fill a scene by name, all but the medium. 1, or 0 when there is no such scene.
 static inline int scenes_find(scene *s, scenes_optics *optics, const char *name) {
     memset(s, 0, sizeof *s);
     s->floor_lit = 0.6f;
-    s->sky_horizon = scene_vec(0.92f, 0.92f, 0.94f);
-    s->sky_zenith = scene_vec(0.60f, 0.66f, 0.76f);
+    s->sky_horizon = scene_vec(0.88f, 0.95f, 1.04f);
+    s->sky_zenith = scene_vec(0.55f, 0.66f, 0.84f);
     s->floor_albedo = scene_vec(0.27f, 0.24f, 0.215f);
     if (strcmp(name, "sphere") == 0) {
         *optics = scenes_sphere(s);

@@ -218,7 +218,6 @@ static void check_config(const config *k, uint32_t name) {
     st_entry(&surfaces[0], &x, &n);
     sss_begin(&s, &m, &plan, x, n, 1u);
 #pragma omp parallel for schedule(dynamic)
-#pragma omp parallel for schedule(dynamic)
     for (i = 0; i < PLACES; ++i) {
         const double *radii = rings[i / (2 * RINGS) & 1] + i % (2 * RINGS) / 2;
         place p;

@@ -1,10 +1,11 @@
 /* The promises about plans: how the probes are shared out changes the variance and never the mean; stratified
    is no noisier than independent; the variance falls as theory D4 says.
 
-   Comparisons: 44 z-scores, 420 shares of probes, 12 ratios of variances. At |z| < 5.2 (one-sided for the
-   ratios) the chance that a correct header fails somewhere in this file is 480 * 2.0e-7 = 1e-4. The means are
-   known to 0.1 % or better: a bias of 1 % gives z = 10, one of 0.6 % is seen in four of five runs. A share of
-   the probes that is wrong by 1 % of the probes gives z > 10. A variance that is 5 % too large gives z > 5.2.
+   Comparisons: 270 z-scores (240 of them shares of the probes) and 12 ratios of variances. At |z| < 5.2
+   (one-sided for the ratios) the chance that a correct header fails somewhere in this file is 282 * 2.0e-7 =
+   6e-5. The means are known to 0.1 % or better: a bias of 1 % gives z = 10, one of 0.6 % is seen in four of
+   five runs. A share of the probes that is wrong by 1 % of the probes gives z > 10. A stratified variance
+   that is 8 % above the independent one is seen.
  */
 #include "sss_test.h"
 
@@ -83,7 +84,7 @@ static void stratified_and_independent_agree(void **state) {
                              pow(st_error(&drawn.variance) / drawn.variance.mean, 2.0));
         name_case(name, sizeof name, &plan, &f, "variance of stratified over");
         check_at_most(name, ratio, 1.0 + Z_LIMIT * error);
-        check_at_most("noise of that ratio", Z_LIMIT * error, 0.05);
+        check_at_most("noise of that ratio", Z_LIMIT * error, 0.08);
     }
 }
 
