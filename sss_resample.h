@@ -155,7 +155,7 @@ enum { SSS_ADVICE_LAMBERT = 1, SSS_ADVICE_VOLUME = 2 };
 
 typedef struct sss_probe {
     sss_vec3 origin, direction; /* direction is of unit length */
-    float length;               /* in scene units: the probe is the segment from origin to origin + length * direction */
+    float length;               /* in scene units: the segment ends at origin + length * direction */
 } sss_probe;
 
 typedef struct sss_exit {
@@ -212,10 +212,11 @@ static inline sss_result sss_dipole_from_albedo(sss_medium *m, const float albed
 static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const float albedo[3], const float dmfp[3],
                                                        float eta);
 
-/* Rd(r) of a channel in 0..2, 1/length^2, r >= 0 in scene units; below 1e-6 of the channel's length as at that radius.
-   0 for black and Lambert channels, and for a channel or radius that does not exist. */
+/* Rd(r) of a channel in 0..2, 1/length^2, r >= 0 in scene units; below 1e-6 of the channel's length as at that radius,
+   and beyond 70 e-foldings without further decay. 0 for black and Lambert channels, and for a channel or radius that
+   does not exist. */
 static inline float sss_profile(const sss_medium *m, int channel, float r);
-/* The integral of Rd over the disk of radius r: 0..albedo. */
+/* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
 /* The cheapest plan for a need: the number of candidates, and advice (NULL where not wanted) in SSS_ADVICE_ bits. */
@@ -246,6 +247,7 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 #define SSSI_NUDGE     5.9604644e-8f /* 2^-24 */
 #define SSSI_LOWEST    (-70.0f)      /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
 #define SSSI_R_MIN     1e-6f         /* of the length: profiles do not grow below */
+#define SSSI_R_FAR     1e18f         /* squares do not overflow */
 #define SSSI_TAIL      1e-4f         /* what r_max leaves out */
 #define SSSI_LEN_MIN   1e-9f         /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
 #define SSSI_TINY      1e-36f        /* hits of a lower target or weight, or a higher weight, are left out: they are */
@@ -586,14 +588,14 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 static inline float sss_profile(const sss_medium *m, int channel, float r) {
     float k;
     if (channel < 0 || channel > 2 || !(r >= 0.0f) || !sssi_is_live(m, channel)) return 0.0f;
-    k = sssi_min(r, 1e4f * m->r_max);
+    k = sssi_min(r, SSSI_R_FAR);
     return m->albedo[channel] * sssi_profile_unit(m, channel, k * k);
 }
 static inline float sss_within(const sss_medium *m, int channel, float r) {
     float tail;
     if (channel < 0 || channel > 2 || !(r >= 0.0f)) return 0.0f;
     if (!sssi_is_live(m, channel)) return m->albedo[channel];
-    tail = sssi_tail(m, channel, sssi_min(r, 1e8f * m->r_max));
+    tail = sssi_tail(m, channel, sssi_min(r, SSSI_R_FAR));
     return m->albedo[channel] * sssi_max(tail > 0.5f ? sssi_head(m, channel, r) : 1.0f - tail, 0.0f);
 }
 
@@ -611,16 +613,16 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, u
         if (r > 0.0f && sss_within(m, c, 2.0f * r) < 0.9f * m->albedo[c]) bits |= SSS_ADVICE_VOLUME;
     }
     if (!live || need->footprint > m->r_max) bits = SSS_ADVICE_LAMBERT;
-    if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p) */
-        float best = SSSI_SQRT(4.0f * sssi_min(need->shading_cost, 1e4f));
+    if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p); make mix has 1.3 for the bracket */
+        float best = SSSI_SQRT(1.3f * sssi_min(need->shading_cost, 1e4f));
         plan.candidates = (int)sssi_min(sssi_max(best + 0.5f, 1.0f), sssi_min(64.0f, (float)SSS_MAX_CANDIDATES));
     }
     if (advice) *advice = bits;
     return plan;
 }
 
-/* Shares of a plan's techniques: equal over the set bits, and of the two tangents. The default mix was chosen by
-   measurement (demos/mix.c): the sphere finds curved and thin bodies, the disk flat ones, the chord bounds the weights. */
+/* Shares of a plan's techniques: equal over the set bits, and of the two tangents. The default mix was measured by
+   demos/mix.c: the sphere finds curved and thin bodies, the disk flat ones, and the chord bounds the weights. */
 SSSI_FN void sssi_set_shares(sss_resampler *s, unsigned bits) {
     float each;
     int t, n = 0;
@@ -631,7 +633,7 @@ SSSI_FN void sssi_set_shares(sss_resampler *s, unsigned bits) {
     s->share[SSSI_SPHERE] = !bits ? 0.375f : bits & SSS_SPHERE ? each : 0.0f;
     s->share[SSSI_CHORD] = !bits ? 0.25f : bits & SSS_CHORD ? each : 0.0f;
 }
-/* Whole probes for each technique: floor or ceiling of M q, M q in the mean, by systematic sampling with one uniform. */
+/* Whole probes for each technique: floor or ceiling of M q, and M q in the mean, by systematic sampling. */
 SSSI_FN void sssi_set_counts(sss_resampler *s) {
     float u = sssi_unit(sss_hash(s->seed, 0x40000000u)), sum = 0.0f;
     int t;
@@ -718,9 +720,9 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
 
 /* ---- Probes ---- */
 
-/* Random numbers of probe k of the n that share a technique: one to each of n strata, in an order of its own for each
-   dimension (a Latin hypercube). The order is a bijection of 0..n-1: one of the next power of two, walked until it lands
-   inside. Independent probes have a stratum to themselves, n = 1. */
+/* Random numbers of probe k of the n that share a technique: one to each of n strata, in an order of its own for
+   each dimension (a Latin hypercube). The order is a bijection of 0..n-1: one of the next power of two, walked until it
+   lands inside. Independent probes have a stratum to themselves, n = 1. */
 enum { SSSI_CHANNEL, SSSI_PART, SSSI_RADIUS, SSSI_TURN, SSSI_SIDE, SSSI_COSINE, SSSI_TURN_B, SSSI_DIMENSIONS };
 
 SSSI_FN float sssi_stratum(const sss_resampler *s, int k, int n, uint32_t dim, uint32_t jitter) {
@@ -835,7 +837,7 @@ SSSI_FN int sssi_disk_probe(const sss_resampler *s, int axis, int k, int n, sss_
 }
 /* [4]. The line is o + t w, w the upper of its two directions; the ball cuts it at t = h (n.w) -+ reach. */
 SSSI_FN int sssi_sphere_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    uint32_t dim = SSSI_SPHERE * SSSI_DIMENSIONS;
+    uint32_t dim = (uint32_t)SSSI_SPHERE * SSSI_DIMENSIONS;
     float h = s->medium.length[sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL))], sn, cs;
     float z = sssi_dimension(s, k, n, dim + SSSI_COSINE), rim = SSSI_SQRT((1.0f - z) * (1.0f + z));
     float r_max = s->medium.r_max, reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * z * z);
@@ -846,7 +848,7 @@ SSSI_FN int sssi_sphere_probe(const sss_resampler *s, int k, int n, sss_probe *p
 }
 /* [5]. Half of the chords join the two sides of the tangent plane, a quarter lies above it and a quarter below. */
 SSSI_FN int sssi_chord_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    uint32_t dim = SSSI_CHORD * SSSI_DIMENSIONS;
+    uint32_t dim = (uint32_t)SSSI_CHORD * SSSI_DIMENSIONS;
     int c = sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL)), side;
     float part = sssi_dimension(s, k, n, dim + SSSI_PART), u = sssi_dimension(s, k, n, dim + SSSI_RADIUS);
     float za = sssi_dimension(s, k, n, dim + SSSI_SIDE), zb = sssi_dimension(s, k, n, dim + SSSI_COSINE);
