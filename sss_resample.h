@@ -900,14 +900,14 @@ SSSI_FN float sssi_sphere_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3
 }
 /* The intensity that every weight uses: expected hits per area and probe at x about the entry, in inner units. */
 SSSI_FN float sssi_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
-    float r2 = sssi_dot(x, x), mu = 0.0f;
+    float r2 = sssi_dot(x, x), mu = 0.0f, along[3];
     int a;
     if (r2 <= s->medium.r_max * s->medium.r_max) {
-        for (a = 0; a < 3; ++a) {
-            float along = sssi_dot(x, s->axis[a]);
+        for (a = 0; a < 3; ++a) along[a] = sssi_dot(x, s->axis[a]);
+        for (a = 0; a < 3; ++a) { /* r2 - along^2 would lose r_a about the axis, where the density has its pole */
+            float u = along[a == 2 ? 0 : a + 1], v = along[a == 0 ? 2 : a - 1];
             if (s->share[a] > 0.0f)
-                mu += s->share[a] * SSSI_FABS(sssi_dot(n, s->axis[a])) *
-                      sssi_mean_proposal(s, sssi_max(r2 - along * along, 0.0f));
+                mu += s->share[a] * SSSI_FABS(sssi_dot(n, s->axis[a])) * sssi_mean_proposal(s, u * u + v * v);
         }
         if (s->share[SSSI_SPHERE] > 0.0f) mu += s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, x, n);
     }
