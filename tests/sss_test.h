@@ -38,8 +38,8 @@ static inline st_log *st_logbook(void) {
 
 static inline void check_near(const char *inputs, double actual, double expected, double tolerance) {
     if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: expected %.9g, got %.9g, error %.3g, tolerance %.3g", inputs, expected, actual,
-                 actual - expected, tolerance);
+        fail_msg("%s: expected %.9g, got %.9g, error %.3g, tolerance %.3g", inputs, expected, actual, actual - expected,
+                 tolerance);
 }
 static inline void check_relative(const char *inputs, double actual, double expected, double tolerance) {
     if (!(fabs(actual - expected) <= tolerance * fabs(expected)))
@@ -63,11 +63,9 @@ static inline void check_z(const char *inputs, double actual, double error, doub
     double z = error > 0.0 ? (actual - expected) / error : 0.0;
     ++book->z_count;
     if (fabs(z) > book->worst_z) book->worst_z = fabs(z);
-    if (expected != 0.0 && limit * error / fabs(expected) > book->power)
-        book->power = limit * error / fabs(expected);
+    if (expected != 0.0 && limit * error / fabs(expected) > book->power) book->power = limit * error / fabs(expected);
     if (!(fabs(actual - expected) <= limit * error + rounding))
-        fail_msg("%s: expected %.9g, got %.9g +- %.3g, z %.2f, limit %.2f", inputs, expected, actual, error,
-                 z, limit);
+        fail_msg("%s: expected %.9g, got %.9g +- %.3g, z %.2f, limit %.2f", inputs, expected, actual, error, z, limit);
 }
 /* A teardown for a group: what was compared, and how sharply. */
 static inline int st_report(void **state) {
@@ -157,9 +155,7 @@ static inline st_frame st_motion(st_vec axis, double angle, st_vec move) { /* Ro
     f.move = move;
     return f;
 }
-static inline st_frame st_stay(void) {
-    return st_motion(st_vec3(0.0, 0.0, 1.0), 0.0, st_vec3(0.0, 0.0, 0.0));
-}
+static inline st_frame st_stay(void) { return st_motion(st_vec3(0.0, 0.0, 1.0), 0.0, st_vec3(0.0, 0.0, 0.0)); }
 static inline st_frame st_moved(void) { /* nothing lines up with an axis; float32 still resolves 2e-6 */
     return st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(23.0, -17.0, 11.0));
 }
@@ -231,11 +227,9 @@ static inline st_profile st_burley(double albedo, double dmfp) {
 }
 /* 2 C1 and 3 C2: moments of the Fresnel reflectance met from inside, by quadrature; eta >= 1. */
 static inline void st_fresnel_moments(double eta, double *two_c1, double *three_c2) {
-    double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0,
-           c2 = pow(critical, 3.0) / 3.0;
+    double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0, c2 = pow(critical, 3.0) / 3.0;
     int i;
-    for (i = 0; i < 600;
-         ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
+    for (i = 0; i < 600; ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
         double w, x = st_node(0.0, 1.0, 200, i, &w), mu = critical + (1.0 - critical) * x * x;
         double out = sqrt(fmax(1.0 - eta * eta * (1.0 - mu * mu), 0.0));
         double rs = (eta * mu - out) / (eta * mu + out), rp = (mu - eta * out) / (mu + eta * out);
@@ -328,8 +322,7 @@ static inline void st_entry(const st_fixture *f, sss_vec3 *position, sss_vec3 *n
 }
 
 /* Adds a hit in the order of distance. */
-static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double t, st_vec local,
-                            st_vec normal) {
+static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double t, st_vec local, st_vec normal) {
     int i = count;
     for (; i > 0 && hits[i - 1].t > t; --i) hits[i] = hits[i - 1];
     hits[i].t = t;
@@ -341,8 +334,7 @@ static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double
 }
 /* The sphere (round = 1) or cylinder (round = 0: y does not count) of radius R that touches the entry from
  * below. */
-static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double length, double round,
-                               st_hit *hits) {
+static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double length, double round, st_hit *hits) {
     double R = f->size, oz = o.z + R, a = d.x * d.x + d.z * d.z + round * d.y * d.y;
     double b = o.x * d.x + oz * d.z + round * o.y * d.y, c = o.x * o.x + oz * oz + round * o.y * o.y - R * R;
     double q = b * b - a * c, t;
@@ -375,8 +367,7 @@ static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *
         st_vec y;
         t = (f->size - o.x) / d.x;
         y = st_sum(o, d, t);
-        if (t >= 0.0 && t <= length && y.z <= 0.0)
-            count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
+        if (t >= 0.0 && t <= length && y.z <= 0.0) count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
     }
     return count;
 }
@@ -405,8 +396,8 @@ static inline void st_face_point(const st_fixture *f, int face, double s, double
     }
 }
 /* The sum over angles at s; half the angles, the other half mirrored. */
-static inline double st_ring(const st_fixture *f, int face, double s, double low, double high,
-                             st_function *function, const void *context) {
+static inline double st_ring(const st_fixture *f, int face, double s, double low, double high, st_function *function,
+                             const void *context) {
     double from = high < s ? acos(high / s) : 0.0, to = low < s ? acos(-low / s) : ST_PI, sum = 0.0;
     int i;
     for (i = 0; i < 48; ++i) {
@@ -421,16 +412,11 @@ static inline double st_ring(const st_fixture *f, int face, double s, double low
 }
 /* The integral of a function of the profile's kind, of the given length scale, over the whole surface; about
  * 1e-6. */
-static inline double st_surface(const st_fixture *f, double scale, st_function *function,
-                                const void *context) {
-    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2
-                : f->kind == ST_STACK                    ? ST_SHEETS
-                                                         : 1,
-        face, part, i;
+static inline double st_surface(const st_fixture *f, double scale, st_function *function, const void *context) {
+    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, face, part, i;
     double sum = 0.0;
     for (face = 0; face < faces; ++face) {
-        double low = HUGE_VAL, high = HUGE_VAL, end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL,
-               bounds[3];
+        double low = HUGE_VAL, high = HUGE_VAL, end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL, bounds[3];
         if (f->kind == ST_CYLINDER) low = high = ST_PI * f->size;
         if (f->kind == ST_EDGE) high = face ? 0.0 : f->size;
         /* s = scale (t / (1 - t))^2; the strip's limit, where a root begins, ends a panel */
@@ -494,12 +480,9 @@ static inline double st_closed_form(const st_fixture *f) {
     double sum = 0.0, w;
     int i;
     switch (f->kind) {
-    case ST_PLANE:
-        return 1.0;
-    case ST_SPHERE:
-        return 1.0 - st_tail(&p, 2.0 * f->size);
-    case ST_SLAB:
-        return 1.0 + st_tail(&p, f->size);
+    case ST_PLANE: return 1.0;
+    case ST_SPHERE: return 1.0 - st_tail(&p, 2.0 * f->size);
+    case ST_SLAB: return 1.0 + st_tail(&p, f->size);
     case ST_STACK:
         for (i = 0; i < ST_SHEETS; ++i) sum += st_tail(&p, i * f->size);
         return sum;
@@ -515,8 +498,7 @@ static inline double st_closed_form(const st_fixture *f) {
             sum += w * 2.0 * x * (st_bessel_k0(c) + st_bessel_k0(c / 3.0));
         }
         return f->size / (2.0 * ST_PI) * sum;
-    case ST_KINDS:
-        break;
+    case ST_KINDS: break;
     }
     return -1.0;
 }

@@ -48,8 +48,7 @@ static sss_vec3 random_direction(uint64_t seed) {
  * black. */
 static void make_subject(subject *k, uint64_t seed) {
     float a[3], b[3],
-        eta = (float)(st_random(seed + 9u) < 0.7 ? 1.0 + st_random(seed + 1u)
-                                                 : 0.2 + 4.8 * st_random(seed + 1u));
+        eta = (float)(st_random(seed + 9u) < 0.7 ? 1.0 + st_random(seed + 1u) : 0.2 + 4.8 * st_random(seed + 1u));
     double spread = 9.0 * (st_random(seed + 2u) < 0.5 ? 0.0 : st_random(seed + 3u));
     int c, type = (int)(5.0 * st_random(seed + 4u));
     sss_result result;
@@ -92,8 +91,8 @@ static void make_subject(subject *k, uint64_t seed) {
         k->narrowest = fmin(k->narrowest, length);
     }
     k->normal = random_direction(seed + 50u);
-    snprintf(k->name, sizeof k->name, "medium %d (%g %g, %g %g, %g %g) eta %g", type, (double)a[0],
-             (double)b[0], (double)a[1], (double)b[1], (double)a[2], (double)b[2], (double)eta);
+    snprintf(k->name, sizeof k->name, "medium %d (%g %g, %g %g, %g %g) eta %g", type, (double)a[0], (double)b[0],
+             (double)a[1], (double)b[1], (double)a[2], (double)b[2], (double)eta);
 }
 /* Distances over all scales, and those at which divisions go wrong; directions and normals along and across
  * axes. */
@@ -109,8 +108,7 @@ static sss_vec3 random_point(const subject *k, uint64_t seed) {
     if (st_random(seed + 5u) < 0.5) /* close to the axis */
         d = st_float(st_unit(st_sum(st_double(n), st_double(d), off)));
     else if (st_random(seed + 6u) < 0.5) /* close to the tangent plane */
-        d = st_float(
-            st_unit(st_sum(st_double(d), st_double(n), (off - 1.0) * st_dot(st_double(d), st_double(n)))));
+        d = st_float(st_unit(st_sum(st_double(d), st_double(n), (off - 1.0) * st_dot(st_double(d), st_double(n)))));
     return st_float(st_sum(st_vec3(0.0, 0.0, 0.0), st_double(d), r));
 }
 static sss_vec3 random_normal(const subject *k, uint64_t seed) {
@@ -128,8 +126,7 @@ static double far_out(const subject *k) {
     double r = k->narrowest;
     int c;
     for (c = 0; c < 3; ++c)
-        while (k->albedo[c] > 0.0 &&
-               (double)sss_within(&k->medium, c, (float)r) < (1.0 - 5e-5) * k->albedo[c])
+        while (k->albedo[c] > 0.0 && (double)sss_within(&k->medium, c, (float)r) < (1.0 - 5e-5) * k->albedo[c])
             r *= 1.5;
     return 1.5 * r;
 }
@@ -196,8 +193,8 @@ static void no_weight_exceeds_the_bound(void **state) {
     for (i = 0; i < MEDIA; ++i) {
         char name[300];
         const subject *k = &subjects[i];
-        snprintf(name, sizeof name, "techniques %u, M %d, %s, r %g, over its bound", sets[(size_t)i % SETS],
-                 1 + i % 13, k->name, found[i].r);
+        snprintf(name, sizeof name, "techniques %u, M %d, %s, r %g, over its bound", sets[(size_t)i % SETS], 1 + i % 13,
+                 k->name, found[i].r);
         check_equal(name, found[i].bad, 0);
         check_at_most(name, found[i].ratio, 1.0 + FAR);
         check_at_most(name, found[i].weight, 1.0 + ROUNDING);
@@ -231,8 +228,7 @@ static double sup_at(int better, int way, double dark, float eta) {
     a[0] = (float)(way ? 1.0 - dark : dark);
     b[0] = (float)(way ? 1.0 : 1.0 - dark);
     if (way)
-        assert_int_equal((better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&m, a, b, eta),
-                         SSS_OK);
+        assert_int_equal((better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&m, a, b, eta), SSS_OK);
     else
         assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
     return sup_of(&m, 1.0);

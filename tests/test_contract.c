@@ -53,15 +53,15 @@ static float hint_exact(double light, uint32_t seed, int index) { /* 0 just wher
     (void)index;
     return (float)light;
 }
-#define HINTS(name)                                                                                          \
-    static float name##_one(st_vec y, uint32_t seed, int i) { return name(st_light_one(y), seed, i); }       \
-    static float name##_spot(st_vec y, uint32_t seed, int i) { return name(st_light_spot(y), seed, i); }     \
+#define HINTS(name)                                                                                                    \
+    static float name##_one(st_vec y, uint32_t seed, int i) { return name(st_light_one(y), seed, i); }                 \
+    static float name##_spot(st_vec y, uint32_t seed, int i) { return name(st_light_spot(y), seed, i); }               \
     static float name##_shadow(st_vec y, uint32_t seed, int i) { return name(st_light_shadow(y), seed, i); }
 HINTS(hint_correlated)
 HINTS(hint_random)
 HINTS(hint_wide)
 HINTS(hint_exact)
-#define NAMES(name)                                                                                          \
+#define NAMES(name)                                                                                                    \
     { name##_one, name##_spot, name##_shadow }
 static st_hint *const hints[5][3] = {
     {NULL, NULL, NULL}, NAMES(hint_correlated), NAMES(hint_random), NAMES(hint_wide), NAMES(hint_exact)};
@@ -105,8 +105,7 @@ static void make_coefficients(contract_case *k, const float *length) {
     assert_int_equal((better ? sss_better_dipole : sss_dipole)(&k->medium, sigma_a, sigma_s, 1.3f), SSS_OK);
 }
 static void make_medium(contract_case *k) {
-    static const float albedos[4][3] = {
-        {0.9f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, {0.8f, 0.0f, 0.6f}, {0.5f, 0.9f, 0.3f}};
+    static const float albedos[4][3] = {{0.9f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, {0.8f, 0.0f, 0.6f}, {0.5f, 0.9f, 0.3f}};
     static const float lengths[4][3] = {
         {1.0f, 1.0f, 1.0f}, {1.0f, 0.1f, 0.01f}, {1.0f, 1.0f, 0.0f}, {0.0f, 1.0f, 0.1f}};
     const float *length = lengths[k->level[CHANNELS]];
@@ -117,8 +116,7 @@ static void make_medium(contract_case *k) {
     if (type == BURLEY)
         result = sss_burley(&k->medium, a, dmfp);
     else
-        result = (type == BETTER ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&k->medium, a,
-                                                                                           dmfp, 1.3f);
+        result = (type == BETTER ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&k->medium, a, dmfp, 1.3f);
     assert_int_equal(result, SSS_OK);
     if (type != BURLEY && k->level[CHANNELS] <= SATURATED) make_coefficients(k, length);
 }
@@ -131,8 +129,7 @@ static void cut_profiles(contract_case *k) {
     for (c = 0; c < 3; ++c) k->profile[c].cut = widest;
 }
 static void make_case(contract_case *k) {
-    static const char *const channels[] = {"grey", "saturated", "live, black, Lambert",
-                                           "Lambert, live, live"};
+    static const char *const channels[] = {"grey", "saturated", "live, black, Lambert", "Lambert, live, live"};
     static const char *const profiles[] = {"Burley", "dipole", "better dipole"};
     static const char *const hint_names[] = {"none", "correlated", "random", "wide", "exact"};
     int c;
@@ -146,13 +143,11 @@ static void make_case(contract_case *k) {
     k->hint = hints[k->level[HINT]][k->level[LIGHT]];
     if (k->plan.techniques == (SSS_DISK | SSS_DISK_TANGENTS)) cut_profiles(k);
     for (c = 0; c < 3; ++c)
-        k->truth[c] =
-            st_truth(&k->fixture, &k->profile[c], k->light) + k->albedo[c] * k->light(st_vec3(0.0, 0.0, 0.0));
+        k->truth[c] = st_truth(&k->fixture, &k->profile[c], k->light) + k->albedo[c] * k->light(st_vec3(0.0, 0.0, 0.0));
     snprintf(k->name, sizeof k->name, "techniques %u, M %d, N %d, %s, hint %s, %s, %s, %s %s, light %d",
-             k->plan.techniques, k->plan.candidates, k->plan.exits,
-             k->plan.independent ? "independent" : "stratified", hint_names[k->level[HINT]],
-             channels[k->level[CHANNELS]], profiles[k->level[PROFILE]], st_kind_name(k->fixture.kind),
-             k->level[PLACE] ? "moved" : "at rest", k->level[LIGHT]);
+             k->plan.techniques, k->plan.candidates, k->plan.exits, k->plan.independent ? "independent" : "stratified",
+             hint_names[k->level[HINT]], channels[k->level[CHANNELS]], profiles[k->level[PROFILE]],
+             st_kind_name(k->fixture.kind), k->level[PLACE] ? "moved" : "at rest", k->level[LIGHT]);
 }
 
 /* ---- The design ---- */
@@ -204,8 +199,7 @@ static void clear_levels(int *level) {
 /* About how long a case takes, in no unit: the design prefers cheap ones. */
 static double cost(const int *level) {
     static const double found[ST_KINDS] = {0.75, 0.6, 1.4, 7.3, 0.6, 0.5};
-    static const double hint[] = {1.0, 0.7, 1.4, 0.7, 0.5}, light[] = {0.2, 0.4, 0.8},
-                        source[] = {1.5, 3.0, 2.0, 3.0};
+    static const double hint[] = {1.0, 0.7, 1.4, 0.7, 0.5}, light[] = {0.2, 0.4, 0.8}, source[] = {1.5, 3.0, 2.0, 3.0};
     static const double pick[] = {0.1, 1.8, 0.8, 1.2};
     double m = candidate_counts[level[CANDIDATES]], n = exit_counts[level[EXITS]];
     double hits = found[level[SURFACE]] * (level[PROFILE] == BURLEY ? 1.0 : 1.5);
@@ -268,8 +262,7 @@ static void check_case(const contract_case *k, int index) {
     int c, blocks;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index, PILOT / BLOCK, pilot);
     for (c = 0; c < 3; ++c)
-        if (k->truth[c] > 0.0)
-            need = fmax(need, st_variance(&pilot[c]) / pow(TARGET_ERROR * k->truth[c], 2.0));
+        if (k->truth[c] > 0.0) need = fmax(need, st_variance(&pilot[c]) / pow(TARGET_ERROR * k->truth[c], 2.0));
     blocks = (int)(fmin(need, MOST) / BLOCK) + 1;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index + 1u, blocks, total);
     for (c = 0; c < 3; ++c) {
@@ -295,12 +288,8 @@ static int set_up(void **state) {
 }
 
 static void fixtures_agree_with_closed_forms(void **state) {
-    static const double theory[ST_KINDS] = {1.0,
-                                            0.58110333991640281,
-                                            1.6293683432232025,
-                                            6.4456806163299854,
-                                            1.0575796767025040,
-                                            0.57549825590427322};
+    static const double theory[ST_KINDS] = {
+        1.0, 0.58110333991640281, 1.6293683432232025, 6.4456806163299854, 1.0575796767025040, 0.57549825590427322};
     st_profile p = st_burley(1.0, st_burley_s(1.0));
     int i;
     (void)state;
@@ -353,8 +342,7 @@ static void check_exit(const contract_case *k, const hit_list *list, const sss_e
     check_near(k->name, length, 1.0, 1e-6);
     lambert = same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
     for (c = 0; c < 3; ++c)
-        if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0)
-            check_equal(k->name, exit->weight[c] != 0.0f, 0);
+        if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0) check_equal(k->name, exit->weight[c] != 0.0f, 0);
     if (lambert) return;
     for (i = 0; i < list->count; ++i)
         if (same_bits(list->position[i], exit->position)) {
@@ -376,8 +364,7 @@ static void exits_are_distinct_hits(void **state) {
             if (n < 0 || n > k->plan.exits) fail_msg("%s: %d exits", k->name, n);
             for (e = 0; e < n; ++e) {
                 check_exit(k, &list, &exits[e]);
-                for (d = 0; d < e; ++d)
-                    check_equal(k->name, same_bits(exits[d].position, exits[e].position), 0);
+                for (d = 0; d < e; ++d) check_equal(k->name, same_bits(exits[d].position, exits[e].position), 0);
             }
         }
     }

@@ -45,12 +45,11 @@ typedef struct sheet {
     st_vec corner, a, b;
 } sheet;
 static const sheet sheets[SHEETS] = {
-    {{0.3, -1.0, -1.0}, {0.0, 2.0, 0.0}, {0.0, 0.0, 2.0}},  /* beside, at right angles to the entry's plane */
-    {{-1.0, 0.4, -0.9}, {2.0, 0.3, 0.0}, {0.2, 0.9, 1.6}},  /* tilted two ways */
-    {{-1.0, -1.0, 0.5}, {2.0, 0.0, 0.4}, {0.0, 2.0, -0.2}}, /* above */
+    {{0.3, -1.0, -1.0}, {0.0, 2.0, 0.0}, {0.0, 0.0, 2.0}},    /* beside, at right angles to the entry's plane */
+    {{-1.0, 0.4, -0.9}, {2.0, 0.3, 0.0}, {0.2, 0.9, 1.6}},    /* tilted two ways */
+    {{-1.0, -1.0, 0.5}, {2.0, 0.0, 0.4}, {0.0, 2.0, -0.2}},   /* above */
     {{-1.3, -1.1, -0.25}, {2.4, 0.0, 0.0}, {0.0, 2.2, 0.02}}, /* below, close */
-    {{-0.25, -1.0, -0.7}, {-0.6, 2.0, 0.1}, {-0.5, 0.1, 1.5}},
-    {{0.2, 0.15, -1.2}, {1.5, -0.4, 0.3}, {0.1, 0.3, 2.4}},
+    {{-0.25, -1.0, -0.7}, {-0.6, 2.0, 0.1}, {-0.5, 0.1, 1.5}}, {{0.2, 0.15, -1.2}, {1.5, -0.4, 0.3}, {0.1, 0.3, 2.4}},
 };
 static const double rings[2][RINGS + 1] = {{0.0, 0.03, 0.2, 0.8, 2.0, 6.0}, {0.0, 0.05, 0.3, 0.8, 1.5, 2.0}};
 
@@ -117,8 +116,7 @@ static double integrate(const place *p, double u, double v, double size, double 
     int i;
     for (i = 0; i < 4; ++i) fine += part[i] = cell(p, u + h * (i & 1), v + h * (i >> 1), h);
     if (depth >= 5 && (fabs(fine - coarse) < 2e-8 || depth >= 14)) return fine;
-    for (fine = 0.0, i = 0; i < 4; ++i)
-        fine += integrate(p, u + h * (i & 1), v + h * (i >> 1), h, part[i], depth + 1);
+    for (fine = 0.0, i = 0; i < 4; ++i) fine += integrate(p, u + h * (i & 1), v + h * (i >> 1), h, part[i], depth + 1);
     return fine;
 }
 
@@ -152,8 +150,7 @@ static void count_probe(const st_fixture *surfaces, const sss_probe *probe, doub
     st_vec o = st_local(frame, probe->origin), d = st_turn_back(frame, st_double(probe->direction));
     int i;
     for (i = 0; i < 2; ++i) count_rings(&surfaces[i], rings[i], probe, count + 2 * RINGS * i);
-    for (i = 0; i < SHEETS; ++i)
-        count[4 * RINGS + i] += (double)crosses_sheet(&sheets[i], o, d, (double)probe->length);
+    for (i = 0; i < SHEETS; ++i) count[4 * RINGS + i] += (double)crosses_sheet(&sheets[i], o, d, (double)probe->length);
 }
 static void count_block(const st_fixture *surfaces, const sss_medium *m, const sss_plan *plan, uint32_t name,
                         uint32_t first, uint32_t lookups, st_stat *stats) {
@@ -175,15 +172,12 @@ static void count_block(const st_fixture *surfaces, const sss_medium *m, const s
 static void check_place(const config *k, int number, const st_stat *stat, double expected) {
     char name[160];
     int ring = number % (2 * RINGS);
-    const char *where = number < 2 * RINGS   ? "plane, half ring"
-                        : number < 4 * RINGS ? "sphere, half ring"
-                                             : "sheet";
+    const char *where = number < 2 * RINGS ? "plane, half ring" : number < 4 * RINGS ? "sphere, half ring" : "sheet";
     snprintf(name, sizeof name, "techniques %u, %s, %s, M %d, %s; %s %d", k->techniques,
              k->dipole == 2 ? "better dipole"
              : k->dipole    ? "dipole"
                             : "Burley",
-             k->saturated ? "saturated" : "grey", k->candidates,
-             k->independent ? "independent" : "stratified", where,
+             k->saturated ? "saturated" : "grey", k->candidates, k->independent ? "independent" : "stratified", where,
              number < 4 * RINGS ? ring : number - 4 * RINGS);
     if (expected < 1e-4)
         check_near(name, stat->mean, expected, 1e-4); /* seen edge-on: rounding decides */
@@ -211,8 +205,7 @@ static void check_config(const config *k, uint32_t name) {
     plan.independent = k->independent;
     make_medium(&m, k);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b)
-        count_block(surfaces, &m, &plan, name, (uint32_t)b * lookups, lookups, stats[b]);
+    for (b = 0; b < BLOCKS; ++b) count_block(surfaces, &m, &plan, name, (uint32_t)b * lookups, lookups, stats[b]);
     for (b = 1; b < BLOCKS; ++b)
         for (i = 0; i < PLACES; ++i) st_merge(&stats[0][i], &stats[b][i]);
     st_entry(&surfaces[0], &x, &n);

@@ -51,8 +51,7 @@ typedef struct record {
     int probes, hits[64], exits;
     sss_exit exit[SSS_MAX_EXITS];
 } record;
-static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed,
-                          record *r) {
+static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed, record *r) {
     sss_resampler s;
     sss_vec3 x, n;
     int i;
@@ -65,8 +64,8 @@ static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_pl
     }
     r->exits = sss_finish(&s, r->exit);
 }
-static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed,
-                           int k, const record *r) {
+static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed, int k,
+                           const record *r) {
     sss_exit exit[SSS_MAX_EXITS];
     sss_resampler s;
     sss_probe probe;
@@ -81,8 +80,7 @@ static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_p
         bad += !same_bits(probe.origin, scaled(r->probe[i].origin, k));
         bad += !same_bits(probe.direction, r->probe[i].direction);
         bad += probe.length != ldexpf(r->probe[i].length, k);
-        for (j = 0; j < r->hits[i]; ++j)
-            sss_add_hit(&s, scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
+        for (j = 0; j < r->hits[i]; ++j) sss_add_hit(&s, scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
     }
     check_equal(name, i, r->probes);
     exits = sss_finish(&s, exit);
@@ -118,8 +116,8 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
 }
 
 /* ---- Normals ---- */
-static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed, float factor,
-                               float entry, sss_exit *exits) {
+static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed, float factor, float entry,
+                               sss_exit *exits) {
     const sss_plan plan = {8, 2, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD, 0};
     sss_resampler s;
     sss_probe probe;
@@ -152,11 +150,8 @@ static void normals_may_have_any_sign_and_length(void **state) {
             for (i = 0; i < FACTORS; ++i) {
                 double sign = factors[i] < 0.0f ? -1.0 : 1.0;
                 char name[80];
-                snprintf(name, sizeof name, "normals times %g on %s", (double)factors[i],
-                         st_kind_name(f.kind));
-                check_equal(name,
-                            lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got),
-                            count);
+                snprintf(name, sizeof name, "normals times %g on %s", (double)factors[i], st_kind_name(f.kind));
+                check_equal(name, lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got), count);
                 for (e = 0; e < count; ++e) {
                     check_equal(name, same_bits(got[e].position, want[e].position), 1);
                     check_near(name, st_dot(st_double(got[e].normal), st_double(want[e].normal)), sign, 1e-6);
@@ -165,9 +160,7 @@ static void normals_may_have_any_sign_and_length(void **state) {
                                        i < EXACT ? 0.0 : 1e-5);
                 }
                 if (i >= EXACT || factors[i] < 0.0f) continue; /* the entry's normal, by powers of two */
-                check_equal(name,
-                            lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), 1.0f, factors[i], got),
-                            count);
+                check_equal(name, lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), 1.0f, factors[i], got), count);
                 check_equal(name, memcmp(got, want, sizeof got[0] * (size_t)count), 0);
             }
         }
@@ -184,13 +177,11 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
         int i, e, k;
         memset(stats[b], 0, sizeof stats[b]);
         for (i = 0; i < lookups / BLOCKS; ++i) {
-            int n =
-                st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * (lookups / BLOCKS) + i)), NULL, exits);
+            int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * (lookups / BLOCKS) + i)), NULL, exits);
             double sum[3] = {0.0, 0.0, 0.0};
             for (e = 0; e < n; ++e)
                 for (k = 0; k < 3; ++k)
-                    sum[k] +=
-                        (double)exits[e].weight[k] * st_light_spot(st_local(&f->frame, exits[e].position));
+                    sum[k] += (double)exits[e].weight[k] * st_light_spot(st_local(&f->frame, exits[e].position));
             for (k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
         }
     }
@@ -233,9 +224,8 @@ static void colours_in_another_order_have_the_same_means(void **state) {
         st_fixture f = st_standard(ST_SPHERE, st_moved());
         const sss_plan plan = {8, 1, 0u, 0};
         sss_medium m;
-        assert_int_equal(
-            (type ? sss_dipole_from_albedo(&m, albedo, length, 1.3f) : sss_burley(&m, albedo, length)),
-            SSS_OK);
+        assert_int_equal((type ? sss_dipole_from_albedo(&m, albedo, length, 1.3f) : sss_burley(&m, albedo, length)),
+                         SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 50u + (uint32_t)type, 1600000, straight);
         for (i = 0; i < 2; ++i) {
             float a[3], d[3];

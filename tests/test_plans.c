@@ -1,12 +1,11 @@
 /* The promises about plans: how the probes are shared out changes the variance and never the mean; stratified
    is no noisier than independent; the variance falls as theory D4 says.
 
-   Comparisons: 270 z-scores (240 of them shares of the probes) and 12 ratios of variances. At |z| < 5.2
-   (one-sided for the ratios) the chance that a correct header fails somewhere in this file is 282 * 2.0e-7 =
-   6e-5. The means are known to 0.1 % or better: a bias of 1 % gives z = 10, one of 0.6 % is seen in four of
-   five runs. A share of the probes that is wrong by 1 % of the probes gives z > 10. A stratified variance
-   that is 8 % above the independent one is seen.
- */
+   Comparisons: 444 z-scores (shares of probes, cells of strata, means) and 12 ratios of variances. At |z| < 5.2
+   (one-sided for the ratios) the chance that a correct header fails somewhere in this file is 456 * 2.0e-7 =
+   9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z of 7.5 or more. A share of the probes
+   that is wrong by 3 %, a cell that is wrong by 4 % and a stratified variance 8 % above the independent one
+   are seen. */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
@@ -207,6 +206,55 @@ static void probes_are_shared_as_stated(void **state) {
             }
 }
 
+/* ---- Strata leave no pattern: radius and angle of a probe are independent, whatever the number of strata ---- */
+/* Where a probe's radius lies in its distribution, and its angle about the normal, both in 0..1. Burley, d = 1: the
+   disk's radius has the tail (e^-r + 3 e^(-r/3)) / 4, the chord's sphere 3/4 e (1 + t/2) + 1/4 e^3 (1 + 3t/2), e = e^-t
+   and t = rho / 3. */
+static void ranks_of(const sss_probe *p, int chord, double *radius, double *angle) {
+    st_vec o = st_double(p->origin);
+    double t = (chord ? st_length(o) : sqrt(o.x * o.x + o.y * o.y)) / 3.0, e = exp(-t);
+    *radius = chord ? 0.75 * e * (1.0 + 0.5 * t) + 0.25 * e * e * e * (1.0 + 1.5 * t) : 0.25 * e * (e * e + 3.0);
+    *angle = atan2(o.y, o.x) / (2.0 * ST_PI) + 0.5;
+}
+static void check_table(const sss_medium *m, unsigned technique, int strata, uint32_t name) {
+    static st_stat cells[49];
+    sss_plan plan = {0, 1, 0u, 0};
+    uint32_t seed;
+    char text[80];
+    int i;
+    plan.candidates = strata;
+    plan.techniques = technique;
+    memset(cells, 0, sizeof cells);
+    for (seed = 0; seed < 300000; ++seed) {
+        double count[49] = {0.0}, radius, angle;
+        sss_resampler s;
+        sss_probe probe;
+        sss_begin(&s, m, &plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)),
+                  sss_hash(name, seed));
+        while (sss_next_probe(&s, &probe)) {
+            ranks_of(&probe, technique == SSS_CHORD, &radius, &angle);
+            i = (int)fmin(radius * strata, strata - 1.0) * strata + (int)fmin(angle * strata, strata - 1.0);
+            count[i] += 1.0;
+        }
+        for (i = 0; i < strata * strata; ++i) st_add(&cells[i], count[i]);
+    }
+    for (i = 0; i < strata * strata; ++i) {
+        snprintf(text, sizeof text, "technique %u, M %d, radius %d and angle %d", technique, strata, i / strata,
+                 i % strata);
+        check_z(text, cells[i].mean, st_error(&cells[i]), 1.0 / strata, 1e-3 / strata, Z_LIMIT);
+    }
+}
+static void strata_leave_no_pattern(void **state) {
+    sss_medium m;
+    int n;
+    (void)state;
+    grey_burley(&m, 0.8f, 1.0f);
+    for (n = 3; n <= 7; n += 2) {
+        check_table(&m, SSS_DISK, n, TEST_SEED + 700u + (uint32_t)n);
+        check_table(&m, SSS_CHORD, n, TEST_SEED + 710u + (uint32_t)n);
+    }
+}
+
 /* ---- D4: independent probes with at most one hit, one exit: variance = V_S / M + (1 - 1 / M) V_g ---- */
 typedef struct law {
     sss_resampler s;
@@ -258,9 +306,9 @@ static void variance_follows_the_law(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(probes_are_shared_as_stated),        cmocka_unit_test(drawn_counts_bring_no_bias),
-        cmocka_unit_test(strata_of_any_number_bring_no_bias), cmocka_unit_test(stratified_and_independent_agree),
-        cmocka_unit_test(variance_follows_the_law),
+        cmocka_unit_test(probes_are_shared_as_stated),      cmocka_unit_test(strata_leave_no_pattern),
+        cmocka_unit_test(drawn_counts_bring_no_bias),       cmocka_unit_test(strata_of_any_number_bring_no_bias),
+        cmocka_unit_test(stratified_and_independent_agree), cmocka_unit_test(variance_follows_the_law),
     };
     return cmocka_run_group_tests_name("plans", tests, NULL, st_report);
 }
