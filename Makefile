@@ -8,14 +8,16 @@ FONT     ?= /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 CFLAGS   ?= -O3 -march=native
 DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
 TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
+CL_C     := -Icl -Idemos -Ibuild
+CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_kernels.cl
 PREFIX   ?= /usr/local
 
-PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core
+PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup all demo pictures test test-long test-mutants mix install clean
+.PHONY: help setup all demo pictures test test-long test-mutants mix bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
@@ -24,6 +26,7 @@ help:
 	@echo 'make test-long     the same tests with exhaustive sweeps'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
+	@echo 'make bench         lookups a second on the CPU and on an OpenCL device'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
 	@echo 'make clean         remove build/'
@@ -42,11 +45,22 @@ all: $(DEMOS)
 build:
 	@mkdir -p build
 
-build/render: demos/render.c $(wildcard demos/*.h) sss_resample.h | build
-	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ -lstb -lm
+# The kernels and all that they include, inside the programs: these run from any folder.
+build/sss_cl_source.h: cl/embed.sh $(CL_TEXT) | build
+	cl/embed.sh $(CL_TEXT) > $@ || { rm -f $@; exit 1; }
+
+build/render: demos/render.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
+	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ -lOpenCL -lstb -lm
 
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
+
+build/bench_exits: cl/bench_exits.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
+	$(DEMO_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lm
+
+build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h \
+    build/sss_cl_source.h
+	$(TEST_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lcmocka -lm
 
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
@@ -56,6 +70,10 @@ demo: build/render
 
 pictures: demo
 	cp build/demo.png demos/bear.png
+
+bench: build/bench_exits
+	@mkdir -p build/pocl
+	POCL_CACHE_DIR=build/pocl build/bench_exits
 
 mix: build/mix
 	build/mix

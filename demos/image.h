@@ -79,7 +79,8 @@ static inline float image_float(const unsigned char *b, int little) {
     return value;
 }
 
-static inline const char *image_write_pfm(const image *in, const char *path) {
+// `note` is text to stand behind the pixels, where readers of the format do not look; NULL for none.
+static inline const char *image_write_pfm(const image *in, const char *path, const char *note) {
     FILE *file = fopen(path, "wb");
     if (!file) return strerror(errno);
     int good = fprintf(file, "PF\n%d %d\n-1.0\n", in->width, in->height) > 0;
@@ -93,11 +94,13 @@ static inline const char *image_write_pfm(const image *in, const char *path) {
             good &= fwrite(b, 1, 4, file) == 4;
         }
     }
+    if (note) good &= fputs(note, file) >= 0;
     good &= fclose(file) == 0;
     return good ? NULL : "could not be written to the end";
 }
 
-static inline const char *image_read_pfm(image *out, const char *path) {
+// Room for the note and its final 0; note NULL leaves it unread.
+static inline const char *image_read_pfm(image *out, const char *path, char *note, size_t room) {
     memset(out, 0, sizeof *out);
     FILE *file = fopen(path, "rb");
     if (!file) return strerror(errno);
@@ -121,6 +124,7 @@ static inline const char *image_read_pfm(image *out, const char *path) {
                 row[i] = image_float(b, scale < 0.0);
         }
     }
+    if (note) note[wrong ? 0 : fread(note, 1, room - 1, file)] = '\0';
     fclose(file);
     if (wrong) {
         free(out->rgb);

@@ -2,13 +2,12 @@
 // SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
+#include <signal.h>
 #include <stdarg.h>
 #include <time.h>
 #include <unistd.h>
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
+#include "device.h"
 #include "image.h"
 #include "scenes.h"
 #include "tracer.h"
@@ -29,6 +28,8 @@ static const char usage[] =
     "  --spp N            samples a pixel (16)\n"
     "  --size WxH         picture size in pixels (360x400)\n"
     "  --seed S           0..4294967295 (1)\n"
+    "  --first-sample K   samples K .. K + N - 1 of each pixel (0): parts of one picture, for --merge\n"
+    "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "\n"
     "for --method resampled:\n"
     "  --candidates M     probes a lookup (8)\n"
@@ -38,23 +39,29 @@ static const char usage[] =
     "  --light-aware      tell the library a guess of the light at each candidate\n"
     "\n"
     "  --png FILE         tone-mapped picture\n"
-    "  --pfm FILE         linear picture\n"
+    "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
     "  --stats FILE       numbers, as JSON\n"
     "  --against FILE     measure the error against this PFM of the same size\n"
     "  --compare          plain, resampled and light-aware side by side in one PNG, with the error of each\n"
-    "  --help\n";
+    "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm or --png\n"
+    "  --list-devices\n"
+    "  --help\n"
+    "\n"
+    "Ctrl-C ends a picture early: what is done by then is written, and the exit code is 130.\n";
 
 typedef struct options {
     const char *scene, *method, *profile;
     tracer_settings settings;
-    int spp, compare;
-    const char *png, *pfm, *stats, *against;
+    int spp, compare, merge_count;
+    uint32_t first_sample;
+    const char *png, *pfm, *stats, *against, *device;
+    char **merge;           // files to join
     const char *resampling; // the first option that only means something to --method resampled
+    const char *rendering;  // the first option that means nothing to --merge
 } options;
 
-typedef struct counters {
-    unsigned long long probes, shaded;
-} counters;
+static device_set devices;                    // they live as long as the program
+static volatile sig_atomic_t interrupted = 0; // Ctrl-C
 
 static void fail(int code, const char *format, ...) {
     va_list arguments;
@@ -104,18 +111,15 @@ static unsigned parse_techniques(const char *text) {
     static const struct {
         const char *name;
         unsigned bit;
-    } known[] = {
-        {"disk", SSS_DISK}, {"tangents", SSS_DISK_TANGENTS}, {"sphere", SSS_SPHERE}, {"chord", SSS_CHORD}};
+    } known[] = {{"disk", SSS_DISK}, {"tangents", SSS_DISK_TANGENTS}, {"sphere", SSS_SPHERE}, {"chord", SSS_CHORD}};
     unsigned bits = 0;
     for (const char *word = text;;) {
         size_t length = strcspn(word, ",");
         unsigned bit = 0;
         for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0)
-                bit = known[i].bit;
+            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0) bit = known[i].bit;
         }
-        if (!bit)
-            fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'", (int)length, word);
+        if (!bit) fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'", (int)length, word);
         bits |= bit;
         if (word[length] == '\0') return bits;
         word += length + 1;
@@ -134,6 +138,17 @@ static const char *parse_word(const char *option, const char *value, const char 
     return NULL;
 }
 
+static void list_devices(void) {
+    sss_cl_devices known;
+    char error[SSS_CL_MAX_ERROR];
+    sss_cl_result result = sss_cl_list(&known, error);
+    if (result == SSS_CL_FAILED) fail((int)result, "%s", error);
+    puts("cpu");
+    for (int i = 0; i < known.count; i++) printf("opencl:%d  %s\n", i, known.device[i].name);
+    if (result == SSS_CL_NO_DEVICE) puts(error);
+    exit(fflush(stdout) == 0 ? 0 : 1);
+}
+
 static int parse_flag(options *o, const char *name) {
     if (strcmp(name, "--independent") == 0) {
         o->settings.plan.independent = 1;
@@ -143,91 +158,101 @@ static int parse_flag(options *o, const char *name) {
         o->resampling = name;
     } else if (strcmp(name, "--compare") == 0) {
         o->compare = 1;
+    } else if (strcmp(name, "--list-devices") == 0) {
+        list_devices();
     } else if (strcmp(name, "--help") == 0) {
         fputs(usage, stdout);
         exit(fflush(stdout) == 0 ? 0 : 1);
     } else {
         return 0;
     }
+    o->rendering = name;
     return 1;
 }
 
 // An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
 static int parse_value(options *o, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",        "--size",
-                                        "--seed",  "--candidates", "--exits",   "--techniques", "--png",
-                                        "--pfm",   "--stats",      "--against"};
+    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",          "--size",
+                                        "--seed",  "--candidates", "--exits",   "--techniques",   "--png",
+                                        "--pfm",   "--stats",      "--against", "--first-sample", "--device"};
     size_t i = 0, count = sizeof names / sizeof *names;
     while (i < count && strcmp(name, names[i]) != 0) i++;
     if (i == count) return 0;
     if (!value) fail(2, "%s wants a value", name);
     if (i >= 6 && i <= 8) o->resampling = names[i];
+    if (i != 9 && i != 10) o->rendering = names[i];
     switch (i) {
-    case 0:
-        o->scene = parse_word(name, value, "bear sphere slab corner needles");
-        break;
-    case 1:
-        o->method = parse_word(name, value, "resampled plain reference");
-        break;
-    case 2:
-        o->profile = parse_word(name, value, "burley dipole better-dipole");
-        break;
-    case 3:
-        o->spp = (int)parse_number(name, value, 1, 1000000);
-        break;
-    case 4:
-        parse_size(value, &o->settings.width, &o->settings.height);
-        break;
-    case 5:
-        o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
-        break;
-    case 6:
-        o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
-        break;
-    case 7:
-        o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
-        break;
-    case 8:
-        o->settings.plan.techniques = parse_techniques(value);
-        break;
-    case 9:
-        o->png = value;
-        break;
-    case 10:
-        o->pfm = value;
-        break;
-    case 11:
-        o->stats = value;
-        break;
+    case 0: o->scene = parse_word(name, value, "bear sphere slab corner needles"); break;
+    case 1: o->method = parse_word(name, value, "resampled plain reference"); break;
+    case 2: o->profile = parse_word(name, value, "burley dipole better-dipole"); break;
+    case 3: o->spp = (int)parse_number(name, value, 1, 1000000); break;
+    case 4: parse_size(value, &o->settings.width, &o->settings.height); break;
+    case 5: o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
+    case 6: o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
+    case 7: o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS); break;
+    case 8: o->settings.plan.techniques = parse_techniques(value); break;
+    case 9: o->png = value; break;
+    case 10: o->pfm = value; break;
+    case 11: o->stats = value; break;
+    case 12: o->against = value; break;
+    case 13: o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
     default:
-        o->against = value;
+        o->device = value;
+        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
         break;
     }
     return 1;
+}
+
+// Takes the files of --merge; returns their number.
+static int parse_merge(options *o, int count, char **words) {
+    int files = 0;
+    while (files < count && strncmp(words[files], "--", 2) != 0) files++;
+    if (files == 0) fail(2, "--merge wants PFM files");
+    if (o->merge) fail(2, "--merge stands twice: name all files after one");
+    o->merge = words;
+    o->merge_count = files;
+    return files;
+}
+
+static void check_merge(options *o) {
+    if (o->rendering) fail(2, "--merge renders nothing: it takes no %s", o->rendering);
+    if (!o->pfm && !o->png) fail(2, "--merge wants --pfm or --png, to know where the picture goes");
 }
 
 static void parse(options *o, int count, char **words) {
     memset(o, 0, sizeof *o);
     o->scene = "bear";
     o->profile = "burley";
+    o->device = "cpu";
     o->settings.width = 360;
     o->settings.height = 400;
     o->settings.seed = 1;
     for (int i = 1; i < count; i++) {
         if (parse_flag(o, words[i])) continue;
+        if (strcmp(words[i], "--merge") == 0) {
+            i += parse_merge(o, count - i - 1, words + i + 1);
+            continue;
+        }
         if (!parse_value(o, words[i], i + 1 < count ? words[i + 1] : NULL)) {
             fail(2, "unknown option '%s'; --help lists what there is", words[i]);
         }
         i++;
     }
-    if (o->compare && (o->method || o->pfm || o->against)) {
-        fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm or --against");
+    if (o->merge) {
+        check_merge(o);
+        return;
+    }
+    if (o->compare && (o->method || o->pfm || o->against || o->first_sample)) {
+        fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm, --against or "
+                "--first-sample");
     }
     if (!o->method) o->method = "resampled";
     o->settings.method = strcmp(o->method, "plain") == 0       ? TRACER_PLAIN
                          : strcmp(o->method, "reference") == 0 ? TRACER_REFERENCE
                                                                : TRACER_RESAMPLED;
     if (!o->spp) o->spp = o->compare ? RENDER_COMPARE_SPP : 16;
+    if ((uint64_t)o->first_sample + (uint64_t)o->spp > 4294967296u) fail(2, "samples are numbered up to 4294967295");
     if (!o->png && (o->compare || (!o->pfm && !o->stats))) o->png = o->compare ? "compare.png" : "render.png";
     if (o->resampling && o->settings.method != TRACER_RESAMPLED) {
         fprintf(stderr, "render: note: %s has no effect with --method %s\n", o->resampling, o->method);
@@ -288,36 +313,27 @@ static void progress_end(const progress *p) {
 
 // ---- Rendering
 
+typedef struct samples_progress {
+    progress *p;
+    double cost;
+} samples_progress;
+
+static void show_samples(void *user, double share) {
+    const samples_progress *mine = (const samples_progress *)user;
+    progress_show(mine->p, mine->p->done + mine->cost * share);
+}
+
 // Adds samples first .. first + count - 1 of every pixel to `sum`. `cost` is the work of one sample of every
 // pixel.
-static void render_samples(const scene *s, const tracer_settings *settings, image *sum, uint32_t first,
-                           int count, counters *counted, progress *p, double cost) {
-    unsigned long long probes = 0, shaded = 0;
-    int rows = 0;
-#pragma omp parallel for schedule(dynamic, 1) reduction(+ : probes, shaded)
-    for (int y = 0; y < settings->height; y++) {
-        for (int x = 0; x < settings->width; x++) {
-            float *rgb = sum->rgb + image_count(settings->width, y) + 3 * (size_t)x;
-            for (int k = 0; k < count; k++) {
-                tracer_result r = tracer_sample(s, *settings, x, y, first + (uint32_t)k);
-                rgb[0] += r.radiance.x;
-                rgb[1] += r.radiance.y;
-                rgb[2] += r.radiance.z;
-                probes += r.probes;
-                shaded += r.shaded;
-            }
-        }
-        int finished;
-#pragma omp atomic capture
-        finished = ++rows;
-#ifdef _OPENMP
-        if (omp_get_thread_num() != 0) continue;
-#endif
-        progress_show(p, p->done + cost * count * finished / settings->height);
+static void render_samples(const scene *s, const tracer_settings *settings, image *sum, uint32_t first, int count,
+                           device_work *work, progress *p, double cost) {
+    samples_progress mine;
+    mine.p = p;
+    mine.cost = cost * count;
+    if (device_render(&devices, s, settings, sum, first, count, work, show_samples, &mine) != SSS_CL_OK) {
+        fail(1, "%s", devices.error);
     }
     p->done += cost * count;
-    counted->probes += probes;
-    counted->shaded += shaded;
 }
 
 static void scale_image(image *i, float factor) {
@@ -348,43 +364,53 @@ static unsigned char *object_mask(const scene *s, const tracer_settings *setting
 typedef struct run {
     const char *method;
     tracer_settings settings;
+    uint32_t first; // sample
     int spp;
     image picture;
-    counters counted;
+    device_work work;
     double seconds, relative_mse; // relative_mse below 0: not measured
 } run;
 
+// The picture in passes of about a second, so that Ctrl-C need not wait long; then r->spp is what there is.
 static void render_run(const scene *s, run *r, progress *p, const char *label, double cost) {
     double start = now();
+    int done = 0, count = 1;
     p->label = label;
     r->picture = new_image(&r->settings);
-    render_samples(s, &r->settings, &r->picture, 0, r->spp, &r->counted, p, cost);
+    while (done == 0 || (done < r->spp && !interrupted)) {
+        render_samples(s, &r->settings, &r->picture, r->first + (uint32_t)done, count, &r->work, p, cost);
+        done += count;
+        double a_second = done / (now() - start + 1e-6);
+        count = a_second < r->spp - done ? (int)a_second : r->spp - done;
+        if (count < 1) count = 1;
+    }
+    r->spp = done;
     scale_image(&r->picture, 1.0f / (float)r->spp);
     r->seconds = now() - start;
 }
 
-static void write_run(FILE *file, const char *scene_name, const run *r) {
+static void write_run(FILE *file, const options *o, const run *r) {
     double mean[3];
     image_mean(&r->picture, mean);
-    fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ", scene_name,
-            r->method, r->spp, r->seconds);
-    fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->counted.probes,
-            r->counted.shaded, mean[0], mean[1], mean[2]);
+    fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ",
+            o->scene, r->method, o->device, r->spp, r->seconds);
+    fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->work.probes, r->work.shaded,
+            mean[0], mean[1], mean[2]);
     if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
     fputc('}', file);
 }
 
 // One run is a JSON object, several are an array.
-static void write_stats(const char *path, const char *scene_name, const run *runs, int count) {
-    FILE *file = fopen(path, "w");
-    if (!file) fail(1, "cannot write %s: %s", path, strerror(errno));
+static void write_stats(const options *o, const run *runs, int count) {
+    FILE *file = fopen(o->stats, "w");
+    if (!file) fail(1, "cannot write %s: %s", o->stats, strerror(errno));
     if (count > 1) fputs("[", file);
     for (int i = 0; i < count; i++) {
         if (i > 0) fputs(",\n ", file);
-        write_run(file, scene_name, &runs[i]);
+        write_run(file, o, &runs[i]);
     }
     fputs(count > 1 ? "]\n" : "\n", file);
-    if (ferror(file) | fclose(file)) fail(1, "cannot write %s to the end", path);
+    if (ferror(file) | fclose(file)) fail(1, "cannot write %s to the end", o->stats);
 }
 
 static void write_png(const char *path, const image_bytes *bytes) {
@@ -392,46 +418,142 @@ static void write_png(const char *path, const image_bytes *bytes) {
     if (wrong) fail(1, "cannot write %s: %s", path, wrong);
 }
 
+// ---- Which samples a picture holds: lines behind the pixels of a PFM, one for each unbroken range
+
+#define NOTE_LINE 128
+#define NOTE_ROOM 65536
+
+typedef struct sample_range {
+    unsigned long long first, count;
+    unsigned seed;
+    char of[64]; // scene and profile
+    const char *file;
+} sample_range;
+
+typedef struct sample_ranges {
+    int count, room;
+    sample_range *range;
+} sample_ranges;
+
+static void note_samples(char *line, unsigned long long first, unsigned long long count, unsigned seed,
+                         const char *scene_name, const char *profile) {
+    snprintf(line, NOTE_LINE, "samples %llu %llu seed %u of %s %s\n", first, count, seed, scene_name, profile);
+}
+
+static void add_range(sample_ranges *ranges, const sample_range *range) {
+    if (ranges->count == ranges->room) {
+        ranges->room = 2 * ranges->room + 16;
+        ranges->range = (sample_range *)realloc(ranges->range, (size_t)ranges->room * sizeof *ranges->range);
+        if (!ranges->range) fail(1, "out of memory");
+    }
+    ranges->range[ranges->count++] = *range;
+}
+
+// Adds the ranges that a note tells of; returns how many samples a pixel they are, 0 for a note that is none.
+static unsigned long long read_note(sample_ranges *ranges, const char *note, const char *file) {
+    unsigned long long total = 0;
+    while (*note) {
+        sample_range r;
+        int length = 0;
+        r.file = file;
+        if (sscanf(note, "samples %llu %llu seed %u of %63[a-z -]%n", &r.first, &r.count, &r.seed, r.of, &length) !=
+                4 ||
+            note[length] != '\n' || r.count < 1 || r.count > 4294967296u || r.first > 4294967296u - r.count) {
+            return 0;
+        }
+        add_range(ranges, &r);
+        total += r.count;
+        note += length + 1;
+    }
+    return total;
+}
+
+static int by_seed_and_first(const void *a, const void *b) {
+    const sample_range *x = (const sample_range *)a, *y = (const sample_range *)b;
+    if (x->seed != y->seed) return x->seed < y->seed ? -1 : 1;
+    return x->first < y->first ? -1 : x->first > y->first;
+}
+
+// Sorts the ranges and joins neighbours. Samples must not be counted twice, nor scenes mixed.
+static void join_ranges(sample_ranges *ranges) {
+    int kept = 0;
+    qsort(ranges->range, (size_t)ranges->count, sizeof *ranges->range, by_seed_and_first);
+    for (int i = 1; i < ranges->count; i++) {
+        sample_range *last = &ranges->range[kept], *next = &ranges->range[i];
+        if (strcmp(last->of, next->of) != 0) fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
+        if (last->seed == next->seed && next->first < last->first + last->count) {
+            fail(2, "%s and %s share samples, from %llu of seed %u", last->file, next->file, next->first, next->seed);
+        }
+        if (last->seed == next->seed && next->first == last->first + last->count)
+            last->count += next->count;
+        else
+            ranges->range[++kept] = *next;
+    }
+    ranges->count = kept + 1;
+}
+
 // ---- One picture
 
 static image load_against(const options *o) {
     image against;
-    const char *wrong = image_read_pfm(&against, o->against);
+    const char *wrong = image_read_pfm(&against, o->against, NULL, 0);
     if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
     if (against.width != o->settings.width || against.height != o->settings.height) {
-        fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height,
-             o->settings.width, o->settings.height);
+        fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height, o->settings.width,
+             o->settings.height);
     }
     return against;
 }
 
-static void write_outputs(const options *o, const run *r) {
-    if (o->stats) {
-        write_stats(o->stats, o->scene, r, 1);
-        printf("wrote %s\n", o->stats);
-    }
+static void write_picture(const options *o, const image *picture, const char *note) {
     if (o->pfm) {
-        const char *wrong = image_write_pfm(&r->picture, o->pfm);
+        const char *wrong = image_write_pfm(picture, o->pfm, note);
         if (wrong) fail(1, "cannot write %s: %s", o->pfm, wrong);
         printf("wrote %s\n", o->pfm);
     }
     if (o->png) {
         image_bytes bytes;
-        if (!image_bytes_new(&bytes, r->settings.width, r->settings.height, 0)) fail(1, "out of memory");
-        image_blit(&bytes, &r->picture, 1.0f, 0, 0);
+        if (!image_bytes_new(&bytes, picture->width, picture->height, 0)) fail(1, "out of memory");
+        image_blit(&bytes, picture, 1.0f, 0, 0);
         write_png(o->png, &bytes);
         printf("wrote %s\n", o->png);
         free(bytes.rgb);
     }
 }
 
-static void render_one(const options *o) {
+static void stop_at_interrupt(int signal_number) {
+    (void)signal_number;
+    interrupted = 1;
+}
+
+// Once: a second Ctrl-C ends the program as ever.
+static void await_interrupt(void) {
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = stop_at_interrupt;
+    action.sa_flags = (int)(SA_RESETHAND | SA_RESTART);
+    sigaction(SIGINT, &action, NULL);
+}
+
+static void write_outputs(const options *o, const run *r) {
+    char note[NOTE_LINE];
+    if (o->stats) {
+        write_stats(o, r, 1);
+        printf("wrote %s\n", o->stats);
+    }
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, o->scene, o->profile);
+    write_picture(o, &r->picture, note);
+}
+
+// The exit code.
+static int render_one(const options *o) {
     scene s;
     image against = {0, 0, NULL};
     run r;
     memset(&r, 0, sizeof r);
     r.method = o->method;
     r.settings = o->settings;
+    r.first = o->first_sample;
     r.spp = o->spp;
     r.relative_mse = -1.0;
     load_scene(&s, o);
@@ -440,8 +562,9 @@ static void render_one(const options *o) {
     progress_begin(&p, r.spp);
     render_run(&s, &r, &p, o->scene, 1.0);
     progress_end(&p);
+    if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
     printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", o->scene, o->method, r.spp, r.seconds,
-           r.counted.probes, r.counted.shaded);
+           r.work.probes, r.work.shaded);
     if (o->against) {
         unsigned char *mask = object_mask(&s, &r.settings);
         r.relative_mse = image_relative_mse(&r.picture, &against, &against, mask);
@@ -452,6 +575,56 @@ static void render_one(const options *o) {
     printf("\n");
     write_outputs(o, &r);
     free(r.picture.rgb);
+    return r.spp < o->spp ? 130 : 0;
+}
+
+// ---- Parts of a picture, joined
+
+// Adds a file's picture to the sum as often as it has samples; returns their number. The first file sets the size.
+static unsigned long long add_part(const char *file, image *size, double **sum, sample_ranges *ranges) {
+    image part;
+    char *note = (char *)malloc(NOTE_ROOM);
+    if (!note) fail(1, "out of memory");
+    const char *wrong = image_read_pfm(&part, file, note, NOTE_ROOM);
+    if (wrong) fail(2, "cannot read %s: %s", file, wrong);
+    size_t numbers = image_count(part.width, part.height);
+    if (!*sum) {
+        size->width = part.width;
+        size->height = part.height;
+        *sum = (double *)calloc(numbers, sizeof **sum);
+        if (!*sum) fail(1, "out of memory");
+    }
+    if (part.width != size->width || part.height != size->height) {
+        fail(2, "%s is %dx%d, those before %dx%d", file, part.width, part.height, size->width, size->height);
+    }
+    unsigned long long count = read_note(ranges, note, file);
+    if (!count) fail(2, "%s does not say which samples it holds", file);
+    for (size_t i = 0; i < numbers; i++) (*sum)[i] += (double)count * (double)part.rgb[i];
+    free(part.rgb);
+    free(note);
+    return count;
+}
+
+static void merge(const options *o) {
+    image whole = {0, 0, NULL};
+    sample_ranges ranges = {0, 0, NULL};
+    double *sum = NULL;
+    unsigned long long total = 0;
+    for (int i = 0; i < o->merge_count; i++) total += add_part(o->merge[i], &whole, &sum, &ranges);
+    join_ranges(&ranges);
+    char *note = (char *)calloc((size_t)ranges.count, NOTE_LINE), *end = note;
+    if (!note || !image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
+    for (int i = 0; i < ranges.count; i++) {
+        const sample_range *r = &ranges.range[i];
+        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %u of %s\n", r->first, r->count, r->seed, r->of);
+    }
+    for (size_t i = 0; i < image_count(whole.width, whole.height); i++) whole.rgb[i] = (float)(sum[i] / (double)total);
+    printf("%d files, %llu samples a pixel\n", o->merge_count, total);
+    write_picture(o, &whole, note);
+    free(note);
+    free(sum);
+    free(whole.rgb);
+    free(ranges.range);
 }
 
 // ---- Three pictures at the same number of shaded points
@@ -461,14 +634,14 @@ enum { PLAIN, RESAMPLED, AWARE, RUNS };
 // A plain probe that misses shades nothing, so plain gets more samples: as many as shade what the resampled
 // picture did.
 static int plain_spp(const scene *s, const run *plain, const run *resampled, progress *p) {
-    counters pilot = {0, 0};
+    device_work pilot = {0, 0};
     image scrap = new_image(&plain->settings);
     tracer_settings settings = plain->settings;
     settings.seed ^= 0x70696c6fu;
     render_samples(s, &settings, &scrap, 0, 1, &pilot, p, 0.0);
     free(scrap.rgb);
     if (!pilot.shaded) return resampled->spp;
-    int spp = (int)((double)resampled->counted.shaded / (double)pilot.shaded + 0.5);
+    int spp = (int)((double)resampled->work.shaded / (double)pilot.shaded + 0.5);
     return spp < 1 ? 1 : spp;
 }
 
@@ -477,7 +650,7 @@ static int plain_spp(const scene *s, const run *plain, const run *resampled, pro
 static int measure_runs(const scene *s, run *runs, progress *p, double deadline) {
     image half[2];
     tracer_settings settings = runs[PLAIN].settings;
-    counters ignored = {0, 0};
+    device_work ignored = {0, 0};
     int spp = 0;
     settings.method = TRACER_REFERENCE;
     p->label = "brute force reference";
@@ -502,8 +675,7 @@ static int measure_runs(const scene *s, run *runs, progress *p, double deadline)
     return spp;
 }
 
-static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left,
-                            int top) {
+static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left, int top) {
     static const char *const title[RUNS] = {"plain", "resampled", "resampled + light"};
     char line[160];
     const run *r = &runs[i];
@@ -516,7 +688,7 @@ static void compare_caption(image_bytes *sheet, const image_font *font, const ru
     }
     image_text(sheet, font, line, 18.0f, left, top + 46, 20);
     snprintf(line, sizeof line, "%.1f s, %d spp, %.2f million points shaded", r->seconds, r->spp,
-             1e-6 * (double)r->counted.shaded);
+             1e-6 * (double)r->work.shaded);
     image_text(sheet, font, line, 15.0f, left, top + 68, 80);
 }
 
@@ -525,8 +697,7 @@ static void compare_sheet(const options *o, const run *runs, const image_font *f
     const int margin = 16, caption = 84, print = 44;
     int width = o->settings.width, height = o->settings.height, panel = width > 330 ? width : 330;
     image_bytes sheet;
-    if (!image_bytes_new(&sheet, RUNS * panel + (RUNS + 1) * margin, height + margin + caption + print,
-                         250)) {
+    if (!image_bytes_new(&sheet, RUNS * panel + (RUNS + 1) * margin, height + margin + caption + print, 250)) {
         fail(1, "out of memory");
     }
     for (int i = 0; i < RUNS; i++) {
@@ -578,24 +749,40 @@ static void compare(const options *o) {
     int reference_spp = measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
     progress_end(&p);
     for (int i = 0; i < RUNS; i++) {
-        printf("%-24s %3d spp, %8llu points shaded, %5.2f s, relative MSE %.4f\n", runs[i].method,
-               runs[i].spp, runs[i].counted.shaded, runs[i].seconds, runs[i].relative_mse);
+        printf("%-24s %3d spp, %8llu points shaded, %5.2f s, relative MSE %.4f\n", runs[i].method, runs[i].spp,
+               runs[i].work.shaded, runs[i].seconds, runs[i].relative_mse);
     }
     compare_sheet(o, runs, &font, reference_spp);
-    if (o->stats) write_stats(o->stats, o->scene, runs, RUNS);
+    if (o->stats) write_stats(o, runs, RUNS);
     printf("wrote %s\n", o->png);
     for (int i = 0; i < RUNS; i++) free(runs[i].picture.rgb);
     free(font.file);
 }
 
+static void open_devices(const options *o) {
+    sss_cl_result result = device_open(&devices, o->device);
+    if (result != SSS_CL_OK) {
+        device_close(&devices);
+        fail((int)result, "%s", devices.error);
+    }
+    if (device_note(&devices)) fprintf(stderr, "render: note: %s\n", device_note(&devices));
+}
+
 int main(int count, char **words) {
     options o;
+    int code = 0;
     parse(&o, count, words);
     check_outputs(&o);
-    if (o.compare) {
-        compare(&o);
-    } else {
-        render_one(&o);
+    if (o.merge) {
+        merge(&o);
+        return 0;
     }
-    return 0;
+    if (!o.compare) await_interrupt();
+    open_devices(&o);
+    if (o.compare)
+        compare(&o);
+    else
+        code = render_one(&o);
+    device_close(&devices);
+    return code;
 }

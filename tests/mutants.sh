@@ -10,16 +10,18 @@ flags=${MUTANT_CFLAGS:--std=c99 -O2 -ffp-contract=off -fno-math-errno -fno-trapp
 only=${1:-}
 copy=$(mktemp -d) || exit 1
 trap 'rm -rf "$copy"' EXIT
-trap 'exit 1' HUP INT TERM
+trap 'echo "mutants.sh: stopped by a signal, the table is not complete"; exit 1' HUP INT TERM
 failures=0
 total=0
 
-# Builds and runs one test against the copy: 0 if it noticed, 1 if not, 2 if it does not compile.
+# Builds and runs one test against the copy: 0 if it noticed, 1 if not, 2 if it does not compile, 3 if it took too long,
+# which is no verdict.
 try() {
     # shellcheck disable=SC2086
     $compiler $flags -w -I"$copy" -Itests '-DDATA_DIR="tests/data"' "tests/test_$1.c" -o "$copy/test" -lcmocka -lm \
         >"$copy/log" 2>&1 || return 2
-    if timeout 300 "$copy/test" >"$copy/log" 2>&1; then return 1; fi
+    timeout 600 "$copy/test" >"$copy/log" 2>&1
+    case $? in 0) return 1 ;; 124) return 3 ;; esac
     return 0
 }
 report() {
@@ -30,6 +32,7 @@ judge() {
         try "$name"
         case $? in
         0) report "$1" killed "by test_$name"; return 0 ;;
+        3) report "$1" TIMEOUT "test_$name"; return 1 ;;
         2) report "$1" BROKEN "does not compile: $(grep -m 1 error "$copy/log")"; return 1 ;;
         esac
     done
@@ -45,7 +48,7 @@ while IFS= read -r line; do
     edit=${rest#* | }
     case $name in *"$only"*) ;; *) continue ;; esac
     total=$((total + 1))
-    sed -e "$edit" sss_resample.h >"$copy/sss_resample.h" || exit 1
+    sed -e "$edit" sss_resample.h >"$copy/sss_resample.h" || { report "$name" STALE "sed refuses the edit"; exit 1; }
     if cmp -s sss_resample.h "$copy/sss_resample.h"; then
         report "$name" STALE "the edit changes nothing"
         failures=$((failures + 1))

@@ -205,7 +205,7 @@ static void motions_change_no_mean(void **state) {
         plan.techniques = sets[2 * kind];
         assert_int_equal(make_medium(&m, kind, 1, 0), SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind, 1600000, rest);
-        for (i = 1; i <= 4; ++i) { /* one of them upside down, where frames have their seam */
+        for (i = 2; i <= 3; ++i) { /* one of them upside down, where frames have their seam */
             st_vec move = st_vec3(3.0 * i, -2.0 * i, 40.0),
                    axis = st_vec3(i == 2 ? 1.0 : 0.3 * i, i == 2 ? 0.0 : -0.7, 0.0);
             f.frame = st_motion(axis, i == 2 ? ST_PI : 1.1 * i, move);

@@ -40,7 +40,7 @@ help_works() {
     [ ! -s "$work/error" ] || return 1
     local option
     for option in scene method profile spp size seed candidates exits techniques independent light-aware png pfm \
-        stats against help; do
+        stats against first-sample device list-devices merge help; do
         grep -q -- "--$option" "$work/help" || { echo "--help says nothing of --$option" && return 1; }
     done
 }
@@ -109,6 +109,22 @@ nonsense
 --pfm no/such/directory/x.pfm --size 8x8 --spp 1
 --stats no/such/directory/x.json --size 8x8 --spp 1
 --against no/such/file.pfm --pfm x.pfm --size 8x8 --spp 1
+--first-sample
+--first-sample -1
+--first-sample 4294967295 --spp 2
+--first-sample 4 --compare
+--device
+--device gpu
+--device opencl:
+--device opencl:x
+--device opencl:-1
+--device opencl:1x
+--merge
+--merge --pfm x.pfm
+--merge no/such/file.pfm
+--merge no/such/file.pfm --pfm x.pfm
+--merge a.pfm --pfm x.pfm --spp 4
+--merge a.pfm --merge b.pfm --pfm x.pfm
 END
     check "refused: an empty scene" refuses --scene ""
     check "refused: an empty list of techniques" refuses --techniques ""
@@ -127,6 +143,7 @@ int main(int count, char **words) {
     int w = 0, h = 0, i, k, good = count > 2;
     double scale = 0, sum[3] = {0, 0, 0};
     unsigned char b[4];
+    char note[8];
     FILE *f = good ? fopen(words[2], "rb") : NULL;
     if (!f || fscanf(f, "PF %d %d %lf", &w, &h, &scale) != 3 || fgetc(f) != '\n' || scale != -1.0) return 1;
     if (count > 4 && (w != atoi(words[3]) || h != atoi(words[4]))) return 2;
@@ -143,7 +160,7 @@ int main(int count, char **words) {
             sum[k] += x;
         }
     }
-    if (fgetc(f) != EOF) return 5;
+    if (fread(note, 1, 8, f) != 8 || memcmp(note, "samples ", 8) != 0) return 5; /* what render says of itself */
     for (k = 0; k < 3; ++k) sum[k] /= (double)w * h;
     if (strcmp(words[1], "mean") == 0) printf("%.9g %.9g %.9g\n", sum[0], sum[1], sum[2]);
     return sum[0] + sum[1] + sum[2] > 0.0 ? 0 : 6;
@@ -205,7 +222,8 @@ picture() { # NAME [OPTIONS]
     "$render" --scene slab --size 24x20 --spp 2 "$@" --pfm "$work/$name.pfm" --stats "$work/$name.json"
 }
 
-same() { cmp "$work/first.pfm" "$work/$1.pfm"; }
+# Header and pixels; behind them stands the seed.
+same() { cmp -n $((14 + 24 * 20 * 12)) "$work/first.pfm" "$work/$1.pfm"; }
 
 repeats() { # the same seed twice, and on one thread
     picture first --seed 7 "$@" && picture second --seed 7 "$@" && same second || return 1
