@@ -1,0 +1,112 @@
+// bench_exits.c - lookups a second on the CPU's threads and on an OpenCL device, the same work in the same run:
+// bench_exits [DEVICE] [LOCAL SIZE]. SPDX-License-Identifier: MIT
+#define _POSIX_C_SOURCE 200809L
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "scenes.h"
+#include "sss_cl.h"
+
+enum { ENTRIES = 1 << 16, ROUNDS = 7 };
+
+typedef struct batch {
+    sss_vec3 position[ENTRIES], normal[ENTRIES];
+    uint32_t seed[ENTRIES];
+    int count[ENTRIES];
+    sss_exit exit[ENTRIES];
+} batch;
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// Entries where rays from the eye meet the object.
+static void make_entries(const scene *s, batch *b) {
+    uint32_t counter = 0;
+    for (int i = 0; i < ENTRIES;) {
+        float x = 256.0f * sssi_unit(sss_hash(1u, counter++)), y = 256.0f * sssi_unit(sss_hash(1u, counter++));
+        sss_vec3 d = tracer_camera(s, 256, 256, x, y);
+        scene_hit hit = scene_nearest(s, s->eye, d, SCENE_NOTHING);
+        if (hit.shape < 0) continue;
+        b->position[i] = scene_along(s->eye, d, hit.t);
+        b->normal[i] = scene_normal(&s->shape[hit.shape], b->position[i]);
+        b->seed[i] = sss_hash(2u, (uint32_t)i);
+        i++;
+    }
+}
+
+static void exits_on_cpu(const scene *s, tracer_settings settings, batch *b) {
+#pragma omp parallel for schedule(dynamic, 64)
+    for (int i = 0; i < ENTRIES; i++) {
+        tracer_points points;
+        tracer_lookup(s, settings, b->position[i], b->normal[i], b->seed[i], &points);
+        b->count[i] = points.count;
+        if (points.count == 0) continue;
+        b->exit[i].position = points.point[0].position;
+        b->exit[i].normal = points.point[0].normal;
+        b->exit[i].weight[0] = points.point[0].weight.x;
+        b->exit[i].weight[1] = points.point[0].weight.y;
+        b->exit[i].weight[2] = points.point[0].weight.z;
+    }
+}
+
+static void exits_on_device(sss_cl *cl, const scene *s, tracer_settings settings, batch *b) {
+    if (sss_cl_exits(cl, s, settings, ENTRIES, b->position, b->normal, b->seed, b->count, b->exit) == SSS_CL_OK) return;
+    fprintf(stderr, "bench_exits: %s\n", cl->error);
+    exit(1);
+}
+
+// The best of several rounds of each, in turns, so that other work on the machine troubles both alike. Returns how many
+// seconds the first launch took.
+static double measure(sss_cl *cl, const char *name, int candidates) {
+    static batch cpu, device;
+    double best[2] = {1e30, 1e30}, first = 0.0;
+    scene s;
+    scenes_optics optics;
+    tracer_settings settings;
+    memset(&settings, 0, sizeof settings);
+    settings.method = TRACER_RESAMPLED;
+    settings.plan.candidates = candidates;
+    if (!scenes_find(&s, &optics, name) || sss_burley(&s.medium, optics.albedo, optics.dmfp) != SSS_OK) exit(1);
+    make_entries(&s, &cpu);
+    device = cpu;
+    for (int round = 0; round < ROUNDS; round++) {
+        double start = now(), middle;
+        exits_on_cpu(&s, settings, &cpu);
+        middle = now();
+        exits_on_device(cl, &s, settings, &device);
+        if (middle - start < best[0]) best[0] = middle - start;
+        if (round == 0) first = now() - middle;
+        if (now() - middle < best[1]) best[1] = now() - middle;
+    }
+    printf("%-8s M = %2d: CPU %6.0f, device %6.0f thousand lookups a second: ratio %.2f, bits %s\n", name, candidates,
+           1e-3 * ENTRIES / best[0], 1e-3 * ENTRIES / best[1], best[0] / best[1],
+           memcmp(&cpu, &device, sizeof cpu) == 0 ? "equal" : "DIFFER");
+    return first;
+}
+
+int main(int count, char **words) {
+    static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
+    sss_cl cl;
+    double start = now();
+    sss_cl_result result = sss_cl_open(&cl, count > 1 ? words[1] : "opencl", NULL);
+    if (result != SSS_CL_OK) {
+        fprintf(stderr, "%sbench_exits: %s\n", cl.log ? cl.log : "", cl.error);
+        sss_cl_close(&cl);
+        return (int)result;
+    }
+    if (count > 2 && atoi(words[2]) > 0) cl.local = (size_t)atoi(words[2]);
+    printf("%s: kernels built in %.2f s\n", cl.device.name, now() - start);
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+        double first = measure(&cl, scenes[i], 1);
+        if (i == 0) printf("(the very first launch took %.2f s)\n", first);
+        measure(&cl, scenes[i], 8);
+    }
+    sss_cl_close(&cl);
+    return 0;
+}

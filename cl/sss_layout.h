@@ -1,0 +1,48 @@
+// sss_layout.h - every struct that host and device share, field by field; C99 and OpenCL C 1.2.
+// SPDX-License-Identifier: MIT
+//
+// The kernel `sss_layout` and the test expand this one list, each with its own compiler, and must agree on
+// every number. SIZE(type) stands for sizeof, FIELD(type, field) for an offset.
+#ifndef SSS_LAYOUT_H
+#define SSS_LAYOUT_H
+
+// clang-format off
+#define SSS_LAYOUT_LIBRARY(SIZE, FIELD)                                                                      \
+    SIZE(sss_vec3) FIELD(sss_vec3, x) FIELD(sss_vec3, y) FIELD(sss_vec3, z)                                  \
+    SIZE(sss_medium) FIELD(sss_medium, dipole) FIELD(sss_medium, albedo) FIELD(sss_medium, length)           \
+    FIELD(sss_medium, zv) FIELD(sss_medium, sigma) FIELD(sss_medium, flux) FIELD(sss_medium, fluence)        \
+    FIELD(sss_medium, r_max)                                                                                 \
+    SIZE(sss_plan) FIELD(sss_plan, candidates) FIELD(sss_plan, exits) FIELD(sss_plan, techniques)            \
+    FIELD(sss_plan, independent)                                                                             \
+    SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction) FIELD(sss_probe, length)            \
+    SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)                 \
+    SIZE(sssi_reservoir) FIELD(sssi_reservoir, weight) FIELD(sssi_reservoir, plain)                          \
+    FIELD(sssi_reservoir, target) FIELD(sssi_reservoir, light) FIELD(sssi_reservoir, position)               \
+    FIELD(sssi_reservoir, normal)                                                                            \
+    SIZE(sss_resampler) FIELD(sss_resampler, medium) FIELD(sss_resampler, position)                          \
+    FIELD(sss_resampler, axis) FIELD(sss_resampler, unit) FIELD(sss_resampler, mix)                          \
+    FIELD(sss_resampler, lambert) FIELD(sss_resampler, lambert_only) FIELD(sss_resampler, share)             \
+    FIELD(sss_resampler, first) FIELD(sss_resampler, candidates) FIELD(sss_resampler, exits)                 \
+    FIELD(sss_resampler, independent) FIELD(sss_resampler, next) FIELD(sss_resampler, hits)                  \
+    FIELD(sss_resampler, seed) FIELD(sss_resampler, reservoir)
+
+#define SSS_LAYOUT_TRACER(SIZE, FIELD)                                                                       \
+    SIZE(scene_shape) FIELD(scene_shape, kind) FIELD(scene_shape, rounding) FIELD(scene_shape, area)         \
+    FIELD(scene_shape, center) FIELD(scene_shape, axis) FIELD(scene_shape, extent)                           \
+    FIELD(scene_shape, inverse_extent)                                                                       \
+    SIZE(scene_light) FIELD(scene_light, center) FIELD(scene_light, u) FIELD(scene_light, v)                 \
+    FIELD(scene_light, normal) FIELD(scene_light, radiance) FIELD(scene_light, area)                         \
+    FIELD(scene_light, radius)                                                                               \
+    SIZE(scene) FIELD(scene, shape_count) FIELD(scene, shape) FIELD(scene, medium) FIELD(scene, light)       \
+    FIELD(scene, sky_horizon) FIELD(scene, sky_zenith) FIELD(scene, floor_albedo) FIELD(scene, floor_lit)    \
+    FIELD(scene, eye) FIELD(scene, right) FIELD(scene, up) FIELD(scene, forward)                             \
+    SIZE(tracer_settings) FIELD(tracer_settings, method) FIELD(tracer_settings, light_aware)                 \
+    FIELD(tracer_settings, plan) FIELD(tracer_settings, width) FIELD(tracer_settings, height)                \
+    FIELD(tracer_settings, seed)                                                                             \
+    SIZE(tracer_result) FIELD(tracer_result, radiance) FIELD(tracer_result, probes)                          \
+    FIELD(tracer_result, shaded)
+
+// clang-format on
+#define SSS_LAYOUT(SIZE, FIELD) SSS_LAYOUT_LIBRARY(SIZE, FIELD) SSS_LAYOUT_TRACER(SIZE, FIELD)
+
+#endif

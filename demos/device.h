@@ -1,0 +1,144 @@
+// device.h - where samples are traced: on the CPU's threads, or on one or several OpenCL devices. Host only; link with
+// cl/sss_cl.c and -lOpenCL. SPDX-License-Identifier: MIT
+//
+// Whatever the device, the same sums come out, bit for bit, as long as it is IEEE-correct: see device_note().
+#ifndef DEVICE_H
+#define DEVICE_H
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include "image.h"
+#include "sss_cl.h"
+
+#define DEVICE_BAND 131072 // samples in one launch: enough to hide its cost, short enough to see it move
+
+#ifdef _OPENMP
+static inline int device_thread(void) { return omp_get_thread_num(); }
+static inline int device_cpu_threads(void) { return omp_get_max_threads(); }
+#else
+static inline int device_thread(void) { return 0; }
+static inline int device_cpu_threads(void) { return 1; }
+#endif
+
+typedef struct device_set {
+    int count; // of OpenCL devices; 0: the CPU
+    sss_cl cl[SSS_CL_MAX_DEVICES];
+    char error[SSS_CL_MAX_ERROR];
+} device_set;
+
+typedef struct device_work {
+    unsigned long long probes, shaded;
+} device_work;
+
+// Called now and then, by one thread at a time, with the share that is done.
+typedef void device_progress(void *user, double share);
+
+// Is this the name of a device or of several? cpu, opencl, opencl:NUMBER, opencl:all.
+static inline int device_is_name(const char *name) {
+    if (strcmp(name, "cpu") == 0 || strcmp(name, "opencl") == 0 || strcmp(name, "opencl:all") == 0) return 1;
+    return strncmp(name, "opencl:", 7) == 0 && name[7] && strspn(name + 7, "0123456789") == strlen(name + 7);
+}
+
+static inline sss_cl_result device_open(device_set *set, const char *name) {
+    sss_cl_devices known;
+    memset(set, 0, sizeof *set);
+    if (strcmp(name, "cpu") == 0) return SSS_CL_OK;
+    int all = strcmp(name, "opencl:all") == 0, wanted = 1;
+    if (all) {
+        sss_cl_result result = sss_cl_list(&known, set->error);
+        if (result != SSS_CL_OK) return result;
+        wanted = known.count;
+    }
+    for (int i = 0; i < wanted; i++) {
+        char number[32];
+        snprintf(number, sizeof number, "opencl:%d", i);
+        sss_cl *cl = &set->cl[set->count++];
+        sss_cl_result result = sss_cl_open(cl, all ? number : name, NULL);
+        if (result == SSS_CL_OK) continue;
+        if (cl->log) fputs(cl->log, stderr);
+        memcpy(set->error, cl->error, sizeof set->error);
+        return result;
+    }
+    return SSS_CL_OK;
+}
+
+static inline void device_close(device_set *set) {
+    for (int i = 0; i < set->count; i++) sss_cl_close(&set->cl[i]);
+    set->count = 0;
+}
+
+static inline int device_threads(const device_set *set) { return set->count > 0 ? set->count : device_cpu_threads(); }
+
+// What a user should know of the devices before trusting bits: NULL when there is nothing.
+static inline const char *device_note(const device_set *set) {
+    for (int i = 0; i < set->count; i++) {
+        if (!set->cl[i].exact)
+            return "this device does not round as IEEE wants: single samples may differ from the CPU's";
+    }
+    return NULL;
+}
+
+static inline void device_rows_on_cpu(const scene *s, tracer_settings settings, int y, uint32_t first, int count,
+                                      float *row, device_work *work) {
+    for (int x = 0; x < settings.width; x++) {
+        for (int k = 0; k < count; k++) {
+            tracer_result r = tracer_sample(s, settings, x, y, first + (uint32_t)k);
+            row[3 * x] += r.radiance.x;
+            row[3 * x + 1] += r.radiance.y;
+            row[3 * x + 2] += r.radiance.z;
+            work->probes += r.probes;
+            work->shaded += r.shaded;
+        }
+    }
+}
+
+// One band of rows on the device of the calling thread, or on the CPU.
+static inline sss_cl_result device_band(device_set *set, int thread, const scene *s, tracer_settings settings, int top,
+                                        int bottom, uint32_t first, int count, float *rgb, device_work *work) {
+    if (set->count > 0) {
+        return sss_cl_render(&set->cl[thread], s, settings, top, bottom, first, (uint32_t)count, rgb, &work->probes,
+                             &work->shaded);
+    }
+    for (int y = top; y < bottom; y++) {
+        device_rows_on_cpu(s, settings, y, first, count, rgb + image_count(settings.width, y), work);
+    }
+    return SSS_CL_OK;
+}
+
+// Adds samples first .. first + count - 1 of every pixel to `sum`. Bands of rows go to whoever is free: threads of the
+// CPU, or one thread for each device. A pixel's samples are added in their order, so the picture does not depend on
+// who did what.
+static inline sss_cl_result device_render(device_set *set, const scene *s, const tracer_settings *settings, image *sum,
+                                          uint32_t first, int count, device_work *work, device_progress *progress,
+                                          void *user) {
+    unsigned long long probes = 0, shaded = 0;
+    int height = settings->height, rows = 1, finished = 0, failed = 0;
+    if (set->count > 0) rows = DEVICE_BAND / count / settings->width + 1;
+    int bands = (height + rows - 1) / rows;
+#pragma omp parallel for num_threads(device_threads(set)) schedule(dynamic, 1) reduction(+ : probes, shaded)
+    for (int band = 0; band < bands; band++) {
+        device_work mine = {0, 0};
+        int thread = device_thread(), done, stop, top = band * rows;
+        int bottom = top + rows < height ? top + rows : height;
+#pragma omp atomic read
+        stop = failed;
+        if (stop) continue;
+        if (device_band(set, thread, s, *settings, top, bottom, first, count, sum->rgb, &mine) != SSS_CL_OK) {
+#pragma omp atomic write
+            failed = thread + 1;
+        }
+        probes += mine.probes;
+        shaded += mine.shaded;
+#pragma omp atomic capture
+        done = finished += bottom - top;
+        if (thread == 0) progress(user, (double)done / height);
+    }
+    work->probes += probes;
+    work->shaded += shaded;
+    if (failed) memcpy(set->error, set->cl[failed - 1].error, sizeof set->error);
+    return failed ? SSS_CL_FAILED : SSS_CL_OK;
+}
+
+#endif

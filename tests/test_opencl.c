@@ -1,0 +1,615 @@
+// test_opencl.c - an OpenCL device computes the bits of the CPU: layouts, mathematics, lookups, pictures. With --long
+// the mathematics is tried over all floats; --small is for slow simulators of a device. Without a device every test
+// is skipped and counted.
+// SPDX-License-Identifier: MIT
+#define _POSIX_C_SOURCE 200809L
+#include "sss_test.h"
+#include "scenes.h"
+#include "sss_cl.h"
+#include "sss_layout.h"
+
+#include <errno.h>
+#include <sys/stat.h>
+#include <time.h>
+
+// Where a device is not IEEE-correct: OpenCL 1.2 allows division 2.5 ulp and sqrt 3 ulp, and of the up to twenty
+// roundings between a hit and a weight most pass on with a factor near 1.
+#define LOOSE_ULP   256
+#define LOOSE_FLIPS 1e-3 // share of lookups that may pick another exit there
+#define POISON      0x7fc0deadu
+
+static int exhaustive = 0, small = 0;
+static sss_cl device;
+static sss_cl_result opened;
+
+static double seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// ---- Mathematics, one text for both sides: SHARED compiles it here and keeps it as a string for the device.
+
+#define SHARED(...)                                                                                                    \
+    __VA_ARGS__                                                                                                        \
+    static const char shared_text[] = #__VA_ARGS__;
+
+// `which` names a function; arguments outside its domain become 1. (normalize and frame take a vector made of one.)
+// clang-format off
+SHARED(
+static inline float math_domain(float x, float low, float high) { return x >= low && x <= high ? x : 1.0f; }
+static inline sss_vec3 math_vector(float x) {
+    return sssi_vec3(x, sssi_unit(sss_hash(sssi_bits(x), 1u)) - 0.5f, sssi_unit(sss_hash(sssi_bits(x), 2u)) - 0.5f);
+}
+static inline float math_of(int which, float x) {
+    float u = math_domain(x, 5.9604645e-8f, 0.99999994f);
+    float a = 0.0f;
+    float b = 0.0f;
+    sss_vec3 v = math_vector(x);
+    sss_vec3 w;
+    sss_vec3 q;
+    switch (which) {
+    case 0: return sssi_exp(math_domain(x, -3e38f, 80.0f));
+    case 1: return sssi_expm1(math_domain(x, -3e38f, 80.0f));
+    case 2: return sssi_mean_exp(math_domain(x, 0.0f, 3e38f));
+    case 3: return sssi_log(math_domain(x, 1.17549435e-38f, 3.402823466e38f));
+    case 4: sssi_sincos_turn(math_domain(x, 0.0f, 1.0f), &a, &b); return a;
+    case 5: sssi_sincos_turn(math_domain(x, 0.0f, 1.0f), &a, &b); return b;
+    case 6: return SSSI_SQRT(math_domain(x, 0.0f, 3.402823466e38f));
+    case 7: return 1.0f / x;
+    case 8: return sssi_burley_radius(1.7f, u);
+    case 9: return sssi_burley_chord(1.7f, u);
+    case 10: return sssi_pole_radius(0.3f, u);
+    case 11: return sssi_pole_chord(0.3f, u);
+    case 12: return sssi_burley_unit(0.3f, math_domain(x, 0.0f, 1e30f));
+    case 13: return sssi_normalize(&v) ? v.x : 2.0f;
+    case 14: if (!sssi_normalize(&v)) return 2.0f; sssi_frame(v, &w, &q); return w.x + q.y;
+    case 15: return sssi_unit(sss_hash(sssi_bits(x), 7u));
+    }
+    return 0.0f;
+}
+)
+enum { MATH_FUNCTIONS = 16 };
+static const char *const math_name[MATH_FUNCTIONS] = {
+    "exp", "expm1", "(1 - e^-t) / t", "log", "sin", "cos", "sqrt", "1 / x", "Burley's radius", "Burley's chord",
+    "a pole's radius", "a pole's chord", "Burley's profile", "normalize", "frame", "hash"};
+// clang-format on
+
+static const char more_text[] = "__kernel void math(int which, uint first, uint step, __global uint *out) {\n"
+                                "    uint i = (uint)get_global_id(0);\n"
+                                "    out[i] = sssi_bits(math_of(which, sssi_float(first + i * step)));\n"
+                                "}\n";
+
+// ---- The device
+
+// Nothing is written into a home directory: kernels are cached below build/.
+static void place_cache(void) {
+    const char *build = getenv("BUILD");
+    char path[512];
+    snprintf(path, sizeof path, "%s/pocl", build ? build : "build");
+    if (mkdir(path, 0777) == 0 || errno == EEXIST) setenv("POCL_CACHE_DIR", path, 0);
+}
+
+static int open_device(void **state) {
+    char *text;
+    size_t size = sizeof shared_text + sizeof more_text + 1u;
+    double start = seconds();
+    (void)state;
+    place_cache();
+    text = (char *)malloc(size);
+    if (!text) return -1;
+    snprintf(text, size, "%s\n%s", shared_text, more_text);
+    opened = sss_cl_open(&device, "opencl", text);
+    free(text);
+    if (opened == SSS_CL_OK)
+        print_message("    %s: %s, opened in %.2f s\n", device.device.name,
+                      device.exact ? "IEEE-correct division and square root" : "NOT IEEE-correct", seconds() - start);
+    else
+        print_message("    %s%s\n", device.log ? device.log : "", device.error);
+    return 0;
+}
+
+static int close_device(void **state) {
+    (void)state;
+    sss_cl_close(&device);
+    return 0;
+}
+
+static void need_device(void) {
+    if (opened == SSS_CL_NO_DEVICE) skip();
+    if (opened != SSS_CL_OK) fail_msg("%s", device.error);
+}
+
+static void check_call(sss_cl_result result) {
+    if (result != SSS_CL_OK) fail_msg("%s", device.error);
+}
+
+static void check_code(cl_int code, const char *call) {
+    if (!sss_cl_check(&device, code, call)) fail_msg("%s", device.error);
+}
+
+// A buffer full of poison.
+static cl_mem poisoned(size_t words) {
+    cl_int code;
+    uint32_t *poison = (uint32_t *)malloc(words * sizeof *poison);
+    cl_mem buffer;
+    size_t i;
+    assert_non_null(poison);
+    for (i = 0; i < words; ++i) poison[i] = POISON;
+    buffer =
+        clCreateBuffer(device.context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, words * sizeof *poison, poison, &code);
+    check_code(code, "clCreateBuffer");
+    free(poison);
+    return buffer;
+}
+
+static void read_words(cl_mem buffer, size_t words, uint32_t *to) {
+    check_code(clEnqueueReadBuffer(device.queue, buffer, CL_TRUE, 0, words * sizeof *to, to, 0, NULL, NULL),
+               "clEnqueueReadBuffer");
+}
+
+// ---- Comparison of bits
+
+typedef struct tally {
+    unsigned long compared, different, far; // far: more than LOOSE_ULP apart
+    double worst;                           // ulps
+} tally;
+
+static int is_nan(uint32_t bits) { return (bits & 0x7fffffffu) > 0x7f800000u; }
+
+// Floats in order as integers, so that neighbours differ by 1.
+static int64_t rank_of(uint32_t bits) { return bits & 0x80000000u ? -(int64_t)(bits & 0x7fffffffu) : (int64_t)bits; }
+
+// Equal, or two NaN.
+static int compare_bits(tally *t, uint32_t cpu, uint32_t cl) {
+    ++t->compared;
+    if (cpu == cl || (is_nan(cpu) && is_nan(cl))) return 1;
+    ++t->different;
+    if (is_nan(cpu) || is_nan(cl))
+        t->worst = (double)INFINITY;
+    else
+        t->worst = fmax(t->worst, fabs((double)(rank_of(cpu) - rank_of(cl))));
+    if (!(fabs((double)(rank_of(cpu) - rank_of(cl))) <= LOOSE_ULP)) ++t->far;
+    return 0;
+}
+
+// ---- Layouts
+
+static void test_layouts(void **state) {
+    enum { ROOM = 256 };
+#define SIZE(type)         host[count++] = (uint32_t)sizeof(type);
+#define FIELD(type, field) host[count++] = (uint32_t)offsetof(type, field);
+    uint32_t host[ROOM], cl[ROOM];
+    size_t count = 0, i, local = device.local;
+    cl_int code;
+    cl_kernel kernel;
+    cl_mem out;
+    (void)state;
+    need_device();
+    SSS_LAYOUT(SIZE, FIELD)
+    assert_true(count < ROOM);
+    kernel = clCreateKernel(device.program, "sss_layout", &code);
+    check_code(code, "clCreateKernel");
+    out = poisoned(ROOM);
+    check_code(clSetKernelArg(kernel, 0, sizeof out, &out), "clSetKernelArg");
+    device.local = 1;
+    check_call(sss_cl_run(&device, kernel, 1));
+    device.local = local;
+    read_words(out, ROOM, cl);
+    for (i = 0; i < count; ++i)
+        if (host[i] != cl[i])
+            fail_msg("number %lu of sss_layout.h: %u here, %u there", (unsigned long)i, host[i], cl[i]);
+    assert_int_equal(cl[count], POISON);
+    print_message("    %lu sizes and offsets\n", (unsigned long)count);
+    clReleaseMemObject(out);
+    clReleaseKernel(kernel);
+#undef SIZE
+#undef FIELD
+}
+
+// ---- What goes wrong
+
+// The log of the compiler and one line that names the call.
+static void test_build_failure(void **state) {
+    sss_cl broken;
+    (void)state;
+    need_device();
+    assert_int_equal(sss_cl_open(&broken, "opencl", "__kernel void broken(void) { no_such_function(); }\n"),
+                     SSS_CL_FAILED);
+    print_message("    %s\n", broken.error);
+    assert_non_null(strstr(broken.error, "clBuildProgram: CL_BUILD_PROGRAM_FAILURE"));
+    assert_null(strchr(broken.error, '\n'));
+    assert_non_null(strstr(broken.log, "no_such_function"));
+    sss_cl_close(&broken);
+}
+
+static void test_device_names(void **state) {
+    static const char *const bad[] = {"",          "cpu",      "opencl:",   "opencl:x", "opencl:-1",
+                                      "opencl:1x", "opencl 0", "opencl:99", "opencl0",  "opencl:4294967296"};
+    sss_cl none;
+    size_t i;
+    (void)state;
+    need_device();
+    for (i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        assert_int_equal(sss_cl_open(&none, bad[i], NULL), SSS_CL_BAD_DEVICE);
+        assert_true(none.error[0] != '\0' && !strchr(none.error, '\n'));
+        sss_cl_close(&none);
+    }
+}
+
+// ---- Mathematics
+
+enum { MATH_BATCH = 1 << 20, MATH_SMALL_BATCH = 1 << 8 };
+static int math_count(void) { return small ? MATH_SMALL_BATCH : MATH_BATCH; }
+
+static void math_batch(cl_kernel kernel, cl_mem out, int which, uint32_t first, uint32_t step, uint32_t *cl,
+                       tally *sum) {
+    unsigned long different = 0;
+    double worst = 0.0;
+    int i, n = math_count();
+    check_code(clSetKernelArg(kernel, 0, sizeof which, &which), "clSetKernelArg");
+    check_code(clSetKernelArg(kernel, 1, sizeof first, &first), "clSetKernelArg");
+    check_code(clSetKernelArg(kernel, 2, sizeof step, &step), "clSetKernelArg");
+    check_code(clSetKernelArg(kernel, 3, sizeof out, &out), "clSetKernelArg");
+    check_call(sss_cl_run(&device, kernel, (size_t)n));
+    read_words(out, (size_t)n, cl);
+#pragma omp parallel for reduction(+ : different) reduction(max : worst)
+    for (i = 0; i < n; ++i) {
+        tally one = {0, 0, 0, 0.0};
+        compare_bits(&one, sssi_bits(math_of(which, sssi_float(first + (uint32_t)i * step))), cl[i]);
+        different += one.different;
+        worst = fmax(worst, one.worst);
+    }
+    sum->compared += (unsigned long)n;
+    sum->different += different;
+    sum->worst = fmax(sum->worst, worst);
+}
+
+// The bits of the floats that a function is for: `number` of them from `low`.
+static void math_range(int which, uint32_t *low, uint64_t *number) {
+    *low = which >= 8 && which <= 11 ? 0x33800000u : 0u; // uniform numbers, from 2^-24
+    *number = (uint64_t)1 << 32;
+    if (which == 4 || which == 5) *number = 0x3f800001u; // turns, 0..1
+    if (which >= 8 && which <= 11) *number = 0x3f800000u - *low;
+    if (which >= 13) *low = 0x3f000000u, *number = 1u << 26; // of several arguments, so all cannot be tried
+}
+
+// All arguments of one function, or as many as a batch holds, all over the range.
+static double math_function(cl_kernel kernel, int which, uint32_t *cl) {
+    tally sum = {0, 0, 0, 0.0};
+    cl_mem out = poisoned(MATH_BATCH);
+    uint32_t low, step;
+    uint64_t number, done = 0;
+    math_range(which, &low, &number);
+    step = exhaustive ? 1u : (uint32_t)(number / (unsigned)math_count()) | 1u;
+    do {
+        math_batch(kernel, out, which, low + (uint32_t)done, step, cl, &sum);
+        done += (uint64_t)math_count();
+    } while (exhaustive && done < number);
+    clReleaseMemObject(out);
+    if (sum.different || exhaustive)
+        print_message("    %s: %lu of %lu differ, worst %.0f ulp\n", math_name[which], sum.different, sum.compared,
+                      sum.worst);
+    check_at_most(math_name[which], sum.worst, device.exact ? 0.0 : LOOSE_ULP);
+    return (double)sum.compared;
+}
+
+static void test_mathematics(void **state) {
+    uint32_t *cl = (uint32_t *)malloc(MATH_BATCH * sizeof *cl);
+    double compared = 0.0;
+    cl_int code;
+    cl_kernel kernel;
+    int which;
+    (void)state;
+    need_device();
+    assert_non_null(cl);
+    kernel = clCreateKernel(device.program, "math", &code);
+    check_code(code, "clCreateKernel");
+    for (which = 0; which < MATH_FUNCTIONS; ++which) compared += math_function(kernel, which, cl);
+    print_message("    %d functions, %.4g numbers\n", MATH_FUNCTIONS, compared);
+    clReleaseKernel(kernel);
+    free(cl);
+}
+
+// ---- Lookups
+
+enum { BATCH = 64 * 10, SMALL_BATCH = 64 * 3, PROFILES = 3, SCENES = 5 }; // the small one where lookups are long
+static const char *const scene_name[SCENES] = {"sphere", "slab", "corner", "needles", "bear"};
+
+static scene load(int which, int profile) {
+    scene s;
+    scenes_optics optics;
+    sss_result result;
+    assert_true(scenes_find(&s, &optics, scene_name[which]));
+    if (profile == 0)
+        result = sss_burley(&s.medium, optics.albedo, optics.dmfp);
+    else if (profile == 1)
+        result = sss_dipole_from_albedo(&s.medium, optics.albedo, optics.dmfp, 1.35f);
+    else
+        result = sss_better_dipole_from_albedo(&s.medium, optics.albedo, optics.dmfp, 1.35f);
+    assert_int_equal(result, SSS_OK);
+    return s;
+}
+
+typedef struct batch {
+    int size;
+    sss_vec3 position[BATCH], normal[BATCH];
+    uint32_t seed[BATCH];
+    int count[BATCH];
+    sss_exit exit[BATCH * SSS_MAX_EXITS];
+} batch;
+
+// Entries where rays from the eye meet the object; a few are refused ones.
+static void make_entries(const scene *s, uint32_t name, int size, batch *b) {
+    uint32_t counter = 0;
+    int i;
+    b->size = size;
+    for (i = 0; i < size; ++i) {
+        scene_hit hit;
+        sss_vec3 d;
+        do {
+            float x = 256.0f * sssi_unit(sss_hash(name, counter++)), y = 256.0f * sssi_unit(sss_hash(name, counter++));
+            d = tracer_camera(s, 256, 256, x, y);
+            hit = scene_nearest(s, s->eye, d, SCENE_NOTHING);
+        } while (hit.shape < 0);
+        b->position[i] = scene_along(s->eye, d, hit.t);
+        b->normal[i] = scene_normal(&s->shape[hit.shape], b->position[i]);
+        b->seed[i] = sss_hash(name, 0x10000u + (uint32_t)i);
+    }
+    b->normal[7] = scene_vec(0.0f, 0.0f, 0.0f);
+    b->normal[8].y = NAN;
+    b->position[9].x = INFINITY;
+}
+
+static void poison_results(batch *b) {
+    static const uint32_t poison = POISON;
+    size_t i;
+    for (i = 0; i < sizeof b->count / 4u; ++i) memcpy((char *)b->count + 4u * i, &poison, 4u);
+    for (i = 0; i < sizeof b->exit / 4u; ++i) memcpy((char *)b->exit + 4u * i, &poison, 4u);
+}
+
+static void exits_on_cpu(const scene *s, tracer_settings settings, int room, batch *b) {
+    int i;
+#pragma omp parallel for schedule(dynamic, 16)
+    for (i = 0; i < b->size; ++i) {
+        tracer_points points;
+        int k;
+        tracer_lookup(s, settings, b->position[i], b->normal[i], b->seed[i], &points);
+        b->count[i] = points.count;
+        for (k = 0; k < points.count; ++k) {
+            sss_exit *e = &b->exit[i * room + k];
+            e->position = points.point[k].position;
+            e->normal = points.point[k].normal;
+            e->weight[0] = points.point[k].weight.x;
+            e->weight[1] = points.point[k].weight.y;
+            e->weight[2] = points.point[k].weight.z;
+        }
+    }
+}
+
+typedef struct lookups {
+    unsigned long lookups, exits, flips, nan;
+    tally bits;
+} lookups;
+
+// Position, normal and weight of one exit. Another count or an exit elsewhere is a flipped pick.
+static void compare_lookup(const batch *cpu, const batch *cl, int i, int room, lookups *sum) {
+    enum { WORDS = sizeof(sss_exit) / 4 };
+    tally mine = {0, 0, 0, 0.0};
+    int k, w, flipped = cpu->count[i] != cl->count[i];
+    ++sum->lookups;
+    for (k = 0; k < room && !flipped; ++k) {
+        uint32_t a[WORDS], b[WORDS];
+        memcpy(a, &cpu->exit[i * room + k], sizeof a);
+        memcpy(b, &cl->exit[i * room + k], sizeof b);
+        if (k >= cpu->count[i]) {
+            flipped |= memcmp(a, b, sizeof a) != 0; // still poison
+            continue;
+        }
+        ++sum->exits;
+        for (w = 0; w < WORDS; ++w) {
+            sum->nan += (unsigned long)(is_nan(a[w]) || is_nan(b[w]));
+            if (!compare_bits(&mine, a[w], b[w]) && w < 3 && mine.worst > LOOSE_ULP) flipped = 1;
+        }
+    }
+    sum->flips += (unsigned long)flipped;
+    if (flipped) return;
+    sum->bits.compared += mine.compared;
+    sum->bits.different += mine.different;
+    sum->bits.worst = fmax(sum->bits.worst, mine.worst);
+}
+
+static void compare_batch(const scene *s, tracer_settings settings, batch *cpu, batch *cl, lookups *sum) {
+    int i, room = settings.plan.exits > 1 && settings.plan.exits <= SSS_MAX_EXITS ? settings.plan.exits : 1;
+    *cl = *cpu;
+    poison_results(cpu);
+    poison_results(cl);
+    exits_on_cpu(s, settings, room, cpu);
+    check_call(
+        sss_cl_exits(&device, s, settings, (size_t)cl->size, cl->position, cl->normal, cl->seed, cl->count, cl->exit));
+    for (i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, room, sum);
+}
+
+static void report_lookups(const lookups *sum) {
+    print_message("    %lu lookups, %lu exits: %lu picks differ, %lu of %lu numbers differ, worst %.0f ulp\n",
+                  sum->lookups, sum->exits, sum->flips, sum->bits.different, sum->bits.compared, sum->bits.worst);
+    assert_int_equal(sum->nan, 0);
+    check_at_most("share of flipped picks", (double)sum->flips / (double)sum->lookups,
+                  device.exact ? 0.0 : LOOSE_FLIPS);
+    check_at_most("ulps", sum->bits.worst, device.exact ? 0.0 : LOOSE_ULP);
+}
+
+// Every profile, scene, mix, number of candidates and exits, with and without strata and hints.
+static void test_lookups(void **state) {
+    static const unsigned mixes[] = {0u, SSS_DISK | SSS_DISK_TANGENTS, SSS_CHORD, 15u};
+    static const int candidates[] = {1, 3, 8, 64}, exits[] = {1, SSS_MAX_EXITS};
+    enum { CASES = PROFILES * SCENES * 4 * 4 * 2 * 2 * 2 };
+    static batch cpu, cl;
+    lookups sum;
+    unsigned c;
+    (void)state;
+    need_device();
+    memset(&sum, 0, sizeof sum);
+    for (c = 0; c < CASES; c += small ? 127u : 1u) {
+        unsigned outer = c / (4 * 4 * 2 * 2 * 2);
+        scene s = load((int)(outer % SCENES), (int)(outer / SCENES));
+        tracer_settings settings;
+        memset(&settings, 0, sizeof settings);
+        settings.method = TRACER_RESAMPLED;
+        settings.light_aware = (int)(c & 1u);
+        settings.plan.independent = (int)(c >> 1 & 1u);
+        settings.plan.exits = exits[c >> 2 & 1u];
+        settings.plan.candidates = candidates[c >> 3 & 3u];
+        settings.plan.techniques = mixes[c >> 5 & 3u];
+        make_entries(&s, c, small ? 16 : settings.plan.candidates == 64 ? SMALL_BATCH : BATCH, &cpu);
+        compare_batch(&s, settings, &cpu, &cl, &sum);
+    }
+    report_lookups(&sum);
+    check_at_least("lookups", (double)sum.lookups, small ? 100.0 : 1e6);
+}
+
+// Channels that are black or scatter like Lambert, lengths far apart, and coefficients instead of lengths.
+static void odd_medium(int which, sss_medium *m) {
+    static const float some[3] = {0.9f, 0.5f, 0.2f}, black[3] = {0.0f, 0.8f, 0.0f}, all[3] = {1.0f, 1.0f, 1.0f},
+                       none[3] = {0.0f, 0.0f, 0.0f}, gap[3] = {0.3f, 0.0f, 0.1f}, wide[3] = {1e12f, 1.0f, 1e-12f},
+                       thin[3] = {1e-12f, 1e-11f, 1e-12f};
+    switch (which) {
+    case 0: sss_burley(m, black, some); break;
+    case 1: sss_burley(m, some, gap); break;
+    case 2: sss_burley(m, some, none); break;
+    case 3: sss_burley(m, none, some); break;
+    case 4: sss_burley(m, some, wide); break;
+    case 5: sss_burley(m, some, thin); break;
+    case 6: sss_burley_mfp(m, some, gap); break;
+    case 7: sss_dipole(m, none, some, 1.5f); break;
+    case 8: sss_better_dipole(m, gap, some, 0.7f); break;
+    case 9: sss_dipole_from_albedo(m, all, some, 5.0f); break;
+    default: sss_better_dipole_from_albedo(m, some, wide, 1.0f); break;
+    }
+}
+
+// Odd media under all plans that there are, and some that there are not.
+static void test_odd_lookups(void **state) {
+    enum { MEDIA = 11 };
+    static batch cpu, cl;
+    lookups sum;
+    int which, k, unified = device.unified;
+    (void)state;
+    need_device();
+    memset(&sum, 0, sizeof sum);
+    for (which = 0; which < MEDIA; which += small ? 3 : 1) {
+        scene s = load(which % SCENES, 0);
+        odd_medium(which, &s.medium);
+        for (k = 0; k < 18; ++k) {
+            tracer_settings settings;
+            memset(&settings, 0, sizeof settings);
+            settings.method = TRACER_RESAMPLED;
+            settings.light_aware = k % 2;
+            settings.plan.techniques = (unsigned)k; // 16 and 17 are unknown
+            settings.plan.exits = k % (SSS_MAX_EXITS + 2);
+            settings.plan.candidates = k == 7 ? -1 : k == 9 ? SSS_MAX_CANDIDATES + 1 : k;
+            make_entries(&s, (uint32_t)(1000 * which + k), small ? 12 : SMALL_BATCH, &cpu);
+            device.unified = k % 3 != 0 && unified; // copied or not
+            compare_batch(&s, settings, &cpu, &cl, &sum);
+        }
+    }
+    device.unified = unified;
+    report_lookups(&sum);
+}
+
+// ---- Pictures
+
+enum { WIDTH = 40, HEIGHT = 36, SPP = 4, NUMBERS = 3 * WIDTH * HEIGHT };
+static int width = WIDTH, height = HEIGHT;
+
+static void picture_on_cpu(const scene *s, tracer_settings settings, float *rgb, unsigned long long *probes,
+                           unsigned long long *shaded) {
+    unsigned long long p = 0, h = 0;
+    int pixel;
+#pragma omp parallel for schedule(dynamic, 64) reduction(+ : p, h)
+    for (pixel = 0; pixel < width * height; ++pixel) {
+        uint32_t k;
+        for (k = 0; k < SPP; ++k) {
+            tracer_result r = tracer_sample(s, settings, pixel % width, pixel / width, k);
+            rgb[3 * pixel] += r.radiance.x;
+            rgb[3 * pixel + 1] += r.radiance.y;
+            rgb[3 * pixel + 2] += r.radiance.z;
+            p += r.probes;
+            h += r.shaded;
+        }
+    }
+    *probes = p;
+    *shaded = h;
+}
+
+// The device in bands and passes: one below the other, and the lower one in two.
+static void compare_picture(int which, int profile, tracer_settings settings, tally *all) {
+    static float cpu[NUMBERS], cl[NUMBERS];
+    unsigned long long probes[2] = {0, 0}, shaded[2] = {0, 0};
+    scene s = load(which, profile);
+    tally sum = {0, 0, 0, 0.0};
+    int i;
+    settings.width = width;
+    settings.height = height;
+    settings.seed = 20160505u;
+    memset(cpu, 0, sizeof cpu);
+    memset(cl, 0, sizeof cl);
+    picture_on_cpu(&s, settings, cpu, &probes[0], &shaded[0]);
+    check_call(sss_cl_render(&device, &s, settings, 0, height / 2, 0, SPP, cl, &probes[1], &shaded[1]));
+    for (i = 3 * width * (height / 2); i < 3 * width * height; ++i) assert_true(cl[i] == 0.0f);
+    check_call(sss_cl_render(&device, &s, settings, height / 2, height, 0, 1, cl, &probes[1], &shaded[1]));
+    check_call(sss_cl_render(&device, &s, settings, height / 2, height, 1, SPP - 1, cl, &probes[1], &shaded[1]));
+    for (i = 0; i < 3 * width * height; ++i) {
+        if (is_nan(sssi_bits(cpu[i])) || is_nan(sssi_bits(cl[i]))) fail_msg("%s: NaN", scene_name[which]);
+        compare_bits(&sum, sssi_bits(cpu[i]), sssi_bits(cl[i]));
+    }
+    if (sum.different)
+        print_message("    %s, profile %d, method %d%s: %lu of %lu numbers differ, worst %.0f ulp\n", scene_name[which],
+                      profile, settings.method, settings.light_aware ? ", told of the light" : "", sum.different,
+                      sum.compared, sum.worst);
+    all->compared += sum.compared;
+    all->different += sum.different;
+    all->far += sum.far;
+    assert_true(!device.exact || (probes[0] == probes[1] && shaded[0] == shaded[1]));
+}
+
+// A path that takes another turn changes its pixel beyond any ulp. At most SPP x TRACER_MAX_SURFACES lookups and as
+// many draws lie behind each pixel: where the device is not exact, so many times the flips of a lookup are allowed.
+static void test_pictures(void **state) {
+    tally sum = {0, 0, 0, 0.0};
+    int which, profile;
+    (void)state;
+    need_device();
+    if (small) width = height = 4;
+    for (which = 0; which < SCENES; ++which) {
+        for (profile = 0; profile < PROFILES; ++profile) {
+            tracer_settings settings;
+            memset(&settings, 0, sizeof settings);
+            if (small && (which + profile) % 5 != 0) continue;
+            settings.method = TRACER_PLAIN;
+            compare_picture(which, profile, settings, &sum);
+            settings.method = TRACER_REFERENCE;
+            compare_picture(which, profile, settings, &sum);
+            settings.method = TRACER_RESAMPLED;
+            compare_picture(which, profile, settings, &sum);
+            settings.light_aware = 1;
+            settings.plan.exits = 2;
+            compare_picture(which, profile, settings, &sum);
+        }
+    }
+    print_message("    every scene, profile and method: %lu of %lu numbers differ\n", sum.different, sum.compared);
+    check_at_most("share of other numbers", (double)sum.far / (double)sum.compared,
+                  2.0 * SPP * TRACER_MAX_SURFACES * LOOSE_FLIPS);
+    if (device.exact) assert_int_equal(sum.different, 0);
+}
+
+int main(int count, char **words) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_layouts),     cmocka_unit_test(test_build_failure), cmocka_unit_test(test_device_names),
+        cmocka_unit_test(test_mathematics), cmocka_unit_test(test_lookups),       cmocka_unit_test(test_odd_lookups),
+        cmocka_unit_test(test_pictures),
+    };
+    exhaustive = count > 1 && strcmp(words[1], "--long") == 0;
+    small = count > 1 && strcmp(words[1], "--small") == 0;
+    return cmocka_run_group_tests_name("opencl", tests, open_device, close_device);
+}

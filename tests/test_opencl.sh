@@ -1,0 +1,285 @@
+#!/bin/bash
+# render on OpenCL devices, in parts and interrupted; the kernels' text by other compilers and under a simulator. Run
+# from the top of the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
+set -u
+build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
+passed=0 failed=0 skipped=0
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home directory
+mkdir -p "$POCL_CACHE_DIR"
+render=$build/render
+
+# check NAME COMMAND...: the command succeeds, or what it said is shown.
+check() {
+    local name=$1
+    shift
+    if "$@" >"$work/out" 2>&1; then
+        echo "ok $name"
+        passed=$((passed + 1))
+    else
+        echo "not ok $name"
+        sed 's/^/    /' "$work/out" | head -n 20
+        failed=$((failed + 1))
+    fi
+}
+
+skip() {
+    echo "ok $1 # SKIP $2"
+    skipped=$((skipped + 1))
+}
+
+finish() {
+    echo "$passed passed, $failed failed, $skipped skipped"
+    exit $((failed > 0))
+}
+
+if [ ! -x "$render" ] || [ ! -x "$build/test_opencl" ]; then
+    echo "not ok $build/render and $build/test_opencl are there: build them first"
+    failed=1
+    finish
+fi
+
+# refuses CODE WORDS...: this exit code, one line of complaint, nothing on the standard output.
+refuses() {
+    local wanted=$1 code lines
+    shift
+    (cd "$work" && "$render" "$@" >plain_output 2>error)
+    code=$?
+    lines=$(wc -l <"$work/error")
+    cat "$work/error"
+    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
+    [ $code -eq "$wanted" ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
+}
+
+# ---- The text of the kernels
+
+syntax() { # STANDARD FILE OPTIONS
+    local standard=$1 file=$2
+    shift 2
+    clang -x cl -cl-std=$standard -Xclang -finclude-default-header -Wall -Wextra -Wpedantic -Werror "$@" \
+        -fsyntax-only "$file"
+}
+
+check_text() {
+    local standard
+    # What is embedded, as text again. In it the headers are no headers, so functions without use would be warned of.
+    LC_ALL=C awk -F, '/^[0-9]/ { for (i = 1; i < NF; i++) printf "%c", $i }' "$build/sss_cl_source.h" >"$work/text.cl"
+    check "the embedded text stands alone" eval "grep -q '__kernel void sss_exits' '$work/text.cl' &&
+        ! grep -n '#include \"' '$work/text.cl'"
+    for standard in CL1.2 CL3.0; do
+        if command -v clang >/dev/null; then
+            check "$standard: kernels" syntax $standard cl/sss_kernels.cl -I. -Idemos -Icl
+            check "$standard: embedded text" syntax $standard "$work/text.cl" -Wno-unused-function
+        else
+            skip "$standard: kernels and embedded text" "there is no clang"
+        fi
+    done
+}
+
+# ---- Parts of a picture
+
+# pfm compare A B: the pictures are equal as far as 64 additions of floats allow. Samples are about as large as the
+# picture's brightest pixel (5), and each addition may lose half an ulp of the sum.
+write_tools() {
+    cat >"$work/pfm.c" <<'END_OF_TOOL'
+#include <math.h>
+#include <stdio.h>
+static float *load(const char *path, int *n) {
+    static float room[2][30000];
+    static int next = 0;
+    int w, h;
+    FILE *f = fopen(path, "rb");
+    if (!f || fscanf(f, "PF %d %d -1.0", &w, &h) != 2 || fgetc(f) != '\n') return NULL;
+    *n = 3 * w * h;
+    return (int)fread(room[next], 4, (size_t)*n, f) == *n ? room[next++] : NULL;
+}
+int main(int count, char **words) {
+    int n = 0, m = 0, i;
+    float *a = count == 3 ? load(words[1], &n) : NULL, *b = count == 3 ? load(words[2], &m) : NULL;
+    double worst = 0.0;
+    if (!a || !b || n != m) return 1;
+    for (i = 0; i < n; ++i) {
+        double e = fabs((double)a[i] - (double)b[i]);
+        if (!(e <= worst)) worst = e;
+    }
+    printf("greatest difference %g of %d numbers\n", worst, n);
+    return !(worst <= 5.0 * 64.0 * 5.96e-8);
+}
+END_OF_TOOL
+    gcc -O1 "$work/pfm.c" -o "$work/pfm" -lm && return
+    echo "not ok the tools of this test compile"
+    failed=1
+    finish
+}
+
+part() { # NAME OPTIONS: a picture of the slab, small and of no round size
+    local name=$1
+    shift
+    "$render" --scene slab --size 23x17 --pfm "$work/$name.pfm" "$@"
+}
+
+merge() { # NAME PARTS...
+    local name=$1 files=() file
+    shift
+    for file in "$@"; do files+=("$work/$file.pfm"); done
+    "$render" --merge "${files[@]}" --pfm "$work/$name.pfm" --png "$work/$name.png"
+}
+
+note() { tail -c 80 "$work/$1.pfm" | LC_ALL=C grep -a -o 'samples .*'; }
+
+halves() { # OPTIONS
+    part whole --spp 16 "$@" && part a --spp 8 "$@" && part b --spp 8 --first-sample 8 "$@" || return 1
+    ! cmp -s "$work/a.pfm" "$work/b.pfm" || return 1
+    merge halves a b && "$work/pfm" "$work/whole.pfm" "$work/halves.pfm" && note halves || return 1
+    [ "$(note halves)" = "$(note whole)" ] && [ "$(note whole)" = "samples 0 16 seed 1 of slab burley" ]
+}
+
+# Uneven, in no order, one of them merged before, one of another seed.
+uneven() {
+    part whole --spp 13 && part a --spp 1 && part b --spp 5 --first-sample 1 && part c --spp 7 --first-sample 6 ||
+        return 1
+    merge bc c b && merge all bc a && "$work/pfm" "$work/whole.pfm" "$work/all.pfm" || return 1
+    [ "$(note all)" = "$(note whole)" ] || return 1
+    part d --spp 2 --seed 2 && merge two d whole && note two && [ "$(note two | wc -l)" -eq 2 ]
+}
+
+one_part() {
+    part a --spp 3 --first-sample 5 && merge same a && cmp "$work/a.pfm" "$work/same.pfm"
+}
+
+refuse_parts() {
+    part a --spp 4 && part b --spp 4 --first-sample 3 && part other --spp 1 --scene bear --seed 9 &&
+        part size --spp 1 --size 17x23 --seed 9 && part profile --spp 1 --profile dipole --seed 9 || return 1
+    head -c $((14 + 23 * 17 * 12)) "$work/a.pfm" >"$work/bare.pfm"
+    head -c 1000 "$work/a.pfm" >"$work/short.pfm"
+    (cat "$work/bare.pfm" && echo "samples 0 0 seed 1 of slab burley") >"$work/none.pfm"
+    local wrong
+    for wrong in a b other size profile bare short none; do
+        refuses 2 --merge a.pfm $wrong.pfm --pfm x.pfm || { echo "a with $wrong" && return 1; }
+    done
+}
+
+check_parts() {
+    check "two halves make the whole" halves
+    check "two halves make the whole: brute force" halves --method reference
+    check "parts of any size in any order" uneven
+    check "one part stays as it is" one_part
+    check "parts that do not go together" refuse_parts
+    check "samples up to the last number" part last --spp 2 --first-sample 4294967294
+}
+
+# ---- Ctrl-C
+
+interrupt() { # OPTIONS: the picture holds what its note says, and is the picture of so many samples
+    local code count lines watchdog
+    "$render" --scene slab --size 23x17 --spp 1000000 "$@" --pfm "$work/stopped.pfm" >"$work/said" 2>"$work/error" &
+    local job=$!
+    (sleep 100 && kill -KILL $job) &
+    watchdog=$!
+    sleep 2
+    kill -INT $job
+    wait $job
+    code=$?
+    kill $watchdog
+    cat "$work/said" "$work/error"
+    count=$(note stopped | cut -d ' ' -f 3)
+    lines=$(grep -c 'stopped after' "$work/error")
+    echo "exit code $code, $count samples"
+    [ $code -eq 130 ] && [ "$lines" -eq 1 ] && [ "$count" -ge 1 ] && [ "$count" -lt 1000000 ] || return 1
+    part again --spp "$count" "$@" && cmp "$work/stopped.pfm" "$work/again.pfm"
+}
+
+# ---- Devices
+
+no_device() {
+    export OCL_ICD_VENDORS=$work/nowhere
+    "$render" --list-devices
+    refuses 3 --device opencl --size 8x8 --spp 1 --pfm x.pfm && refuses 3 --device opencl:all --size 8x8 --spp 1 \
+        --pfm x.pfm || return 1
+    [ ! -e "$work/x.pfm" ] && part cpu --device cpu --spp 1
+}
+
+lists_devices() {
+    "$render" --list-devices >"$work/list" && cat "$work/list"
+    [ "$(head -n 1 "$work/list")" = cpu ] && sed -n 2p "$work/list" | grep -q '^opencl:0  .'
+}
+
+same_picture() { # SCENE METHOD OPTIONS
+    local scene=$1 method=$2
+    shift 2
+    local with=(--scene $scene --method $method --size 23x17 --spp 3 --first-sample 2 "$@")
+    "$render" "${with[@]}" --pfm "$work/cpu.pfm" --stats "$work/cpu.json" &&
+        "$render" "${with[@]}" --device opencl --pfm "$work/device.pfm" --stats "$work/device.json" || return 1
+    cmp "$work/cpu.pfm" "$work/device.pfm" || return 1
+    [ "$(grep -o '"probes.*' "$work/cpu.json")" = "$(grep -o '"probes.*' "$work/device.json")" ]
+}
+
+# Without sources or the current folder's help.
+works_anywhere() {
+    cp "$render" "$work/renamed" && cd "$work" && ./renamed --device opencl:0 --size 8x8 --spp 1 --png anywhere.png &&
+        [ -s anywhere.png ]
+}
+
+several_devices() {
+    part one --spp 40 --device cpu && part several --spp 40 --device opencl:all && cmp "$work/one.pfm" "$work/several.pfm"
+}
+
+compares_on_device() {
+    "$render" --compare --scene slab --size 23x17 --spp 1 --device opencl --png "$work/sheet.png" && [ -s "$work/sheet.png" ]
+}
+
+check_devices() {
+    local scene method index
+    if ! "$render" --list-devices | grep -q '^opencl:0 '; then
+        skip "the same pictures on a device" "there is no OpenCL device"
+        return
+    fi
+    check "--list-devices" lists_devices
+    index=$(("$("$render" --list-devices | grep -c '^opencl:')"))
+    check "a number too high" refuses 2 --device opencl:$index --size 8x8 --spp 1 --pfm x.pfm
+    check "a number far too high" refuses 2 --device opencl:999999999999 --size 8x8 --spp 1 --pfm x.pfm
+    if "$render" --device opencl --size 1x1 --spp 1 --pfm "$work/one.pfm" 2>&1 | grep -q 'does not round'; then
+        skip "the same pictures on a device" "it is not IEEE-correct: test_opencl states by how much"
+    else
+        for scene in sphere slab corner needles bear; do
+            for method in plain resampled reference; do
+                check "$scene, $method: the device's picture" same_picture $scene $method
+            done
+        done
+        check "all options on the device" same_picture needles resampled --light-aware --exits 3 --candidates 9 \
+            --independent --techniques disk,sphere,chord --profile better-dipole --seed 4294967295
+        check "several devices at once" several_devices
+        POCL_DEVICES="pthread basic" check "several devices at once, of one runtime" several_devices
+        check "two halves make the whole: device" halves --device opencl
+        check "Ctrl-C on the device" interrupt --device opencl
+    fi
+    check "a program works from any folder" eval "(works_anywhere)"
+    check "--compare on the device" compares_on_device
+}
+
+# Out of bounds and the like. The simulator does not know an annotation that inlining leaves, hence no inlining.
+simulate() {
+    OCL_ICD_VENDORS=$work/nowhere oclgrind --log "$work/log" --build-options "-cl-opt-disable -Dalways_inline=noinline" \
+        "$build/test_opencl" --small || return 1
+    [ ! -s "$work/log" ] || { cat "$work/log" && return 1; }
+}
+
+# Other code from the same text: the runtime may pack scalars into vectors, or run one work-item after the other.
+other_code() {
+    local method
+    for method in loopvec cbs; do
+        POCL_WORK_GROUP_METHOD=$method "$build/test_opencl" --small || return 1
+    done
+}
+
+check_text
+write_tools
+check_parts
+check "Ctrl-C" interrupt
+check "no device: one line, exit code 3" eval "(no_device)"
+check_devices
+check "the same bits by other ways to compile" other_code
+if command -v oclgrind >/dev/null; then check "a simulated device finds no fault" simulate
+else skip "a simulated device finds no fault" "there is no oclgrind"; fi
+finish
