@@ -78,11 +78,10 @@ bench: build/bench_exits
 mix: build/mix
 	build/mix
 
-test: $(TESTS) all
-	@BUILD=build tests/run.sh $(TESTS) $(SCRIPTS)
-
-test-long: $(TESTS) all
-	@BUILD=build LONG=1 tests/run.sh $(TESTS) $(SCRIPTS)
+# Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
+test test-long:
+	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
+	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
 
 test-mutants: | build
 	@BUILD=build bash tests/mutants.sh
