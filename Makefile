@@ -13,17 +13,18 @@ CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_k
 PREFIX   ?= /usr/local
 
 PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind
+LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup all demo pictures test test-long test-mutants mix bench install clean
+.PHONY: help setup setup-long all demo pictures test test-long test-mutants mix bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
 	@echo 'make pictures      make the pictures of the README anew'
 	@echo 'make test          build and run all tests'
-	@echo 'make test-long     the same tests with exhaustive sweeps'
+	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make bench         lookups a second on the CPU and on an OpenCL device'
@@ -32,8 +33,8 @@ help:
 	@echo 'make clean         remove build/'
 
 # Only what is missing is installed, so that a second run takes no time.
-setup:
-	@missing=''; for p in $(PACKAGES); do \
+setup setup-long:
+	@missing=''; for p in $(PACKAGES) $(if $(filter setup-long,$@),$(LONG)); do \
 	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
 	[ -z "$$missing" ] && { echo 'setup: all packages are here'; exit 0; }; \
 	sudo=''; [ "$$(id -u)" = 0 ] || sudo=sudo; \
@@ -83,7 +84,7 @@ test test-long:
 	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
 
-test-mutants: | build
+test-mutants: test
 	@BUILD=build bash tests/mutants.sh
 
 install:

@@ -118,6 +118,21 @@ clang++ c++ -std=c++11 -O3 -march=native
 END
 }
 
+# Another processor's bits, under an emulator; only in the long run.
+arm_bits() {
+    aarch64-linux-gnu-gcc -static -std=c99 "$@" $exact -I. tests/bits.c -o "$work/arm" -lm || return 1
+    [ "$(qemu-aarch64 "$work/arm")" = "$reference" ]
+}
+
+check_arm() {
+    local level
+    [ -n "${LONG:-}" ] || return 0
+    for level in -O2 "-O3 -fno-math-errno -fno-trapping-math"; do
+        if have aarch64-linux-gnu-gcc && have qemu-aarch64; then check "the same bits: aarch64 $level" arm_bits $level
+        else skip "the same bits: aarch64 $level" "make setup-long installs compiler and emulator"; fi
+    done
+}
+
 # The header's own words, not some other error.
 refuses() {
     if "$@" -I. -c "$work/alone.c" -o "$work/alone.o" 2>"$work/error"; then return 1; fi
@@ -226,6 +241,7 @@ for compiler in gcc clang; do
     fi
 done
 check_bits
+check_arm
 check_refusals
 for limit in SSS_MAX_EXITS=1 SSS_MAX_EXITS=8 SSS_MAX_CANDIDATES=16; do
     check "-D$limit compiles and works" with_limit -D$limit

@@ -2,7 +2,7 @@
    or giving them another length changes no pick and no weight; motions and the order of the colours change no
    mean.
 
-   Comparisons of means: 36. At |z| < 4.9 the chance that a correct header fails here is 36 * 9.6e-7 = 3e-5.
+   Comparisons of means: 24. At |z| < 4.9 the chance that a correct header fails here is 24 * 9.6e-7 = 2e-5.
    Each mean is known to 0.15 % or better: a bias of 1 % of one against the other gives z > 5. */
 #include "sss_test.h"
 
