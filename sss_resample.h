@@ -53,7 +53,7 @@
        times the hint of the light: the nearer g is to Rd E, the lower the floor.
    [3] Disk (King et al. 2013): a line along axis a through a point of the disk about the entry, with planar density
        P(r_a): mu = P(r_a) |n.a|, r_a the distance from the axis; cut by the ball r <= r_max, 0 outside.
-   [4] Sphere: a whole line in a uniform direction through o, a depth h below the entry:
+   [4] Sphere: a whole line in a uniform direction through o, a depth h below the entry (Burley d, dipoles z_r):
        mu = |n.w| / (2 pi |y - o|^2), w the direction from o to y; cut by the same ball.
    [5] Chord: the segment between two uniform points of the sphere of random radius rho about the entry. With
        the density -pi rho^2 P'(rho) of rho, mu = P(r) / 2 whatever the hit's normal: the bound above.
