@@ -4,28 +4,7 @@
 set -u
 house="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
 exact="-ffp-contract=off"
-passed=0 failed=0 skipped=0
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-
-# check NAME COMMAND...: the command succeeds, or what it said is shown.
-check() {
-    local name=$1
-    shift
-    if "$@" >"$work/out" 2>&1; then
-        echo "ok $name"
-        passed=$((passed + 1))
-    else
-        echo "not ok $name"
-        sed 's/^/    /' "$work/out" | head -n 20
-        failed=$((failed + 1))
-    fi
-}
-
-skip() {
-    echo "ok $1 # SKIP $2"
-    skipped=$((skipped + 1))
-}
+. tests/check.sh
 
 have() { command -v "$1" >/dev/null 2>&1; }
 
@@ -249,5 +228,4 @@ done
 check_opencl
 if [ -f README.md ]; then check "the example of README.md" readme_compiles
 else skip "the example of README.md" "there is no README.md"; fi
-echo "$passed passed, $failed failed, $skipped skipped"
-[ $failed -eq 0 ]
+finish

@@ -3,36 +3,10 @@
 # from the top of the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
 set -u
 build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
-passed=0 failed=0 skipped=0
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
+. tests/check.sh
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home directory
 mkdir -p "$POCL_CACHE_DIR"
 render=$build/render
-
-# check NAME COMMAND...: the command succeeds, or what it said is shown.
-check() {
-    local name=$1
-    shift
-    if "$@" >"$work/out" 2>&1; then
-        echo "ok $name"
-        passed=$((passed + 1))
-    else
-        echo "not ok $name"
-        sed 's/^/    /' "$work/out" | head -n 20
-        failed=$((failed + 1))
-    fi
-}
-
-skip() {
-    echo "ok $1 # SKIP $2"
-    skipped=$((skipped + 1))
-}
-
-finish() {
-    echo "$passed passed, $failed failed, $skipped skipped"
-    exit $((failed > 0))
-}
 
 if [ ! -x "$render" ] || [ ! -x "$build/test_opencl" ]; then
     echo "not ok $build/render and $build/test_opencl are there: build them first"

@@ -3,28 +3,7 @@
 # repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
 set -u
 build=${BUILD:-build}
-passed=0 failed=0 skipped=0
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-
-# check NAME COMMAND...: the command succeeds, or what it said is shown.
-check() {
-    local name=$1
-    shift
-    if "$@" >"$work/out" 2>&1; then
-        echo "ok $name"
-        passed=$((passed + 1))
-    else
-        echo "not ok $name"
-        sed 's/^/    /' "$work/out" | head -n 20
-        failed=$((failed + 1))
-    fi
-}
-
-finish() {
-    echo "$passed passed, $failed failed, $skipped skipped"
-    exit $((failed > 0))
-}
+. tests/check.sh
 
 render=$(cd "$build" 2>/dev/null && pwd)/render
 if [ ! -x "$render" ]; then

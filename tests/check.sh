@@ -1,0 +1,29 @@
+# What the shell tests share; sourced by them from the top of the repository. BUILD names where the programs are.
+# SPDX-License-Identifier: MIT
+passed=0 failed=0 skipped=0
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+
+# check NAME COMMAND...: the command succeeds, or what it said is shown.
+check() {
+    local name=$1
+    shift
+    if "$@" >"$work/out" 2>&1; then
+        echo "ok $name"
+        passed=$((passed + 1))
+    else
+        echo "not ok $name"
+        sed 's/^/    /' "$work/out" | head -n 20
+        failed=$((failed + 1))
+    fi
+}
+
+skip() {
+    echo "ok $1 # SKIP $2"
+    skipped=$((skipped + 1))
+}
+
+finish() {
+    echo "$passed passed, $failed failed, $skipped skipped"
+    exit $((failed > 0))
+}
