@@ -22,6 +22,8 @@
    OPTIONS, to be defined before the include, the same in every file of a program:
        SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 40 bytes of sss_resampler
        SSS_MAX_CANDIDATES  256    bounds sss_plan.candidates; costs nothing
+       SSS_LANES           8      probes and hits worked on side by side, which changes no bit; each costs 60 bytes of
+                                  sss_resampler. 1 suits a GPU. Compilers vectorise with -fno-math-errno
 
    CONVENTIONS
    Lengths are in scene units, coefficients in their inverse. Normals are geometric, of either sign and any length.
@@ -64,7 +66,7 @@
 #define SSS_RESAMPLE_H
 
 /* ---- Language: all that differs between C, C++ and OpenCL C, and what a user may set ---- */
-#if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || defined(__ASSOCIATIVE_MATH__) || \
+#if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || defined(__ASSOCIATIVE_MATH__) ||                       \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "sss_resample.h needs IEEE arithmetic: compile without -ffast-math, -ffinite-math-only, -cl-fast-relaxed-math"
 #endif
@@ -99,14 +101,31 @@ static inline float sssi_float(uint32_t u) {
 #else
 #define SSSI_FN static inline
 #endif
+#if defined(__GNUC__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#define SSSI_APART static __attribute__((noinline, unused)) /* loops in these vectorise whatever the caller is like */
+#else
+#define SSSI_APART static inline
+#endif
 #ifndef SSS_MAX_EXITS
 #define SSS_MAX_EXITS 4
 #endif
 #ifndef SSS_MAX_CANDIDATES
 #define SSS_MAX_CANDIDATES 256
 #endif
-#if SSS_MAX_EXITS < 1 || SSS_MAX_CANDIDATES < 8 || SSS_MAX_CANDIDATES > 65534
-#error "sss_resample.h needs SSS_MAX_EXITS >= 1 and SSS_MAX_CANDIDATES within 8..65534"
+#ifndef SSS_LANES
+#define SSS_LANES 8
+#endif
+/* f(s, dipole, lanes) for n probes or hits, up to the number of lanes. Loops over all lanes vectorise if their number
+   is a constant and sqrt an instruction, and then cost little more than two lanes. */
+#if defined(__NO_MATH_ERRNO__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#define SSSI_WIDE             1
+#define SSSI_CALL(f, s, d, n) ((n) > 1 ? f(s, d, SSS_LANES) : f(s, d, 1))
+#else
+#define SSSI_WIDE             0
+#define SSSI_CALL(f, s, d, n) f(s, d, (n) < SSS_LANES ? (n) : SSS_LANES)
+#endif
+#if SSS_MAX_EXITS < 1 || SSS_LANES < 1 || SSS_MAX_CANDIDATES < 8 || SSS_MAX_CANDIDATES > 65534
+#error "sss_resample.h needs SSS_MAX_EXITS >= 1, SSS_LANES >= 1 and SSS_MAX_CANDIDATES within 8..65534"
 #endif
 
 /* ---- Types ---- */
@@ -164,11 +183,15 @@ typedef struct sss_exit {
 } sss_exit;
 
 typedef struct sssi_reservoir {
-    float weight; /* sum of w over the hits so far [2] */
-    float plain;  /* the same without hints */
+    float weight;        /* sum of w over the hits so far [2] */
+    float plain;         /* the same without hints */
     float target, light; /* g and the hint of the hit that is held */
     sss_vec3 position, normal;
 } sssi_reservoir;
+
+typedef struct sssi_lanes { /* vectors side by side */
+    float x[SSS_LANES], y[SSS_LANES], z[SSS_LANES];
+} sssi_lanes;
 
 enum { SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, SSSI_SPHERE, SSSI_CHORD, SSSI_TECHNIQUES };
 
@@ -184,8 +207,14 @@ typedef struct sss_resampler {
     float share[SSSI_TECHNIQUES];   /* q of each technique: its expected part of the probes, sums to 1 */
     int first[SSSI_TECHNIQUES + 1]; /* stratified: technique t has the probes first[t] .. first[t + 1] - 1 */
     int candidates, exits, independent;
-    int next, hits; /* probes given, hits taken */
     uint32_t seed;
+    int next, exit;               /* probes given; which exit the last of them feeds */
+    sssi_lanes origin, direction; /* of the probes made together with the next one */
+    float length[SSS_LANES];      /* not above 0: that probe has no segment */
+    int hits, waiting;            /* hits weighed; hits that wait to be weighed together: */
+    sssi_lanes hit_position, hit_normal;
+    float hit_light[SSS_LANES];
+    int hit_exit[SSS_LANES];
     sssi_reservoir reservoir[SSS_MAX_EXITS];
 } sss_resampler;
 
@@ -242,18 +271,18 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all arguments used here, against
    double precision (tests/test_math.c): exp 1.1 ulp, expm1 1.8 ulp, log 1 ulp, sin and cos 1e-7. ---- */
-#define SSSI_PI        3.14159265f
-#define SSSI_FLT_MAX   3.402823466e38f
-#define SSSI_NUDGE     5.9604644e-8f /* 2^-24 */
-#define SSSI_LOWEST    (-70.0f)      /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
-#define SSSI_R_MIN     1e-6f         /* of the length: profiles do not grow below */
-#define SSSI_R_FAR     1e18f         /* squares do not overflow */
-#define SSSI_TAIL      1e-4f         /* what r_max leaves out */
-#define SSSI_LEN_MIN   1e-9f         /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
-#define SSSI_TINY      1e-36f        /* hits of a lower target or weight, or a higher weight, are left out: they are */
-#define SSSI_HUGE      1e20f         /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
-#define SSSI_HINT_MIN  9.0949470e-13f /* 2^-40 */
-#define SSSI_HINT_MAX  1.0995116e12f
+#define SSSI_PI       3.14159265f
+#define SSSI_FLT_MAX  3.402823466e38f
+#define SSSI_NUDGE    5.9604644e-8f  /* 2^-24 */
+#define SSSI_LOWEST   (-70.0f)       /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
+#define SSSI_R_MIN    1e-6f          /* of the length: profiles do not grow below */
+#define SSSI_R_FAR    1e18f          /* squares do not overflow */
+#define SSSI_TAIL     1e-4f          /* what r_max leaves out */
+#define SSSI_LEN_MIN  1e-9f          /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
+#define SSSI_TINY     1e-36f         /* hits of a lower target or weight, or a higher weight, are left out: they are */
+#define SSSI_HUGE     1e20f          /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
+#define SSSI_HINT_MIN 9.0949470e-13f /* 2^-40 */
+#define SSSI_HINT_MAX 1.0995116e12f
 
 SSSI_FN float sssi_min(float a, float b) { return a < b ? a : b; }
 SSSI_FN float sssi_max(float a, float b) { return a > b ? a : b; }
@@ -306,18 +335,23 @@ SSSI_FN sss_vec3 sssi_add(sss_vec3 a, sss_vec3 b) { return sssi_vec3(a.x + b.x, 
 SSSI_FN sss_vec3 sssi_sub(sss_vec3 a, sss_vec3 b) { return sssi_vec3(a.x - b.x, a.y - b.y, a.z - b.z); }
 SSSI_FN sss_vec3 sssi_mul(sss_vec3 a, float k) { return sssi_vec3(a.x * k, a.y * k, a.z * k); }
 SSSI_FN float sssi_dot(sss_vec3 a, sss_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+SSSI_FN sss_vec3 sssi_lane(const sssi_lanes *v, int l) { return sssi_vec3(v->x[l], v->y[l], v->z[l]); }
+SSSI_FN void sssi_set_lane(sssi_lanes *v, int l, sss_vec3 a) {
+    v->x[l] = a.x;
+    v->y[l] = a.y;
+    v->z[l] = a.z;
+}
 /* Not true for NaN. */
 SSSI_FN int sssi_finite(sss_vec3 v) {
     return SSSI_FABS(v.x) <= SSSI_FLT_MAX && SSSI_FABS(v.y) <= SSSI_FLT_MAX && SSSI_FABS(v.z) <= SSSI_FLT_MAX;
 }
-/* Unit length from any length; 0 for a zero or infinite vector or one with a NaN. */
+/* Unit length from any length; 0, and NaNs, from a zero or infinite vector or one with a NaN. */
 SSSI_FN int sssi_normalize(sss_vec3 *v) {
     float m = sssi_max(SSSI_FABS(v->x), sssi_max(SSSI_FABS(v->y), SSSI_FABS(v->z))), length;
-    if (!sssi_finite(*v) || !(m > 0.0f)) return 0;
     *v = sssi_vec3(v->x / m, v->y / m, v->z / m);
     length = SSSI_SQRT(sssi_dot(*v, *v));
     *v = sssi_vec3(v->x / length, v->y / length, v->z / length);
-    return 1;
+    return length > 0.0f;
 }
 /* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT 2017. */
 SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
@@ -340,8 +374,7 @@ SSSI_FN float sssi_open(float u) { return sssi_min(sssi_max(u, SSSI_NUDGE), 1.0f
 /* One of n classes by *u, which becomes a uniform number again. */
 SSSI_FN int sssi_class(float *u, int n) {
     float x = *u * (float)n;
-    int i = (int)x;
-    if (i >= n) i = n - 1;
+    int i = (int)x < n ? (int)x : n - 1;
     *u = sssi_open(x - (float)i);
     return i;
 }
@@ -391,8 +424,8 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
     float poles = zr / dr * (1.0f + s * dr) * er / (dr * dr) + zv / dv * (1.0f + s * dv) * ev / (dv * dv);
     return m->flux[c] * poles + m->fluence[c] * er * (far - dr * fall) / (dr * dv);
 }
-SSSI_FN float sssi_profile_unit(const sss_medium *m, int c, float r2) {
-    return m->dipole ? sssi_dipole_unit(m, c, r2) : sssi_burley_unit(m->length[c], r2);
+SSSI_FN float sssi_profile_unit(const sss_medium *m, int dipole, int c, float r2) {
+    return dipole ? sssi_dipole_unit(m, c, r2) : sssi_burley_unit(m->length[c], r2);
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller of the two. */
@@ -589,7 +622,7 @@ static inline float sss_profile(const sss_medium *m, int channel, float r) {
     float k;
     if (channel < 0 || channel > 2 || !(r >= 0.0f) || !sssi_is_live(m, channel)) return 0.0f;
     k = sssi_min(r, SSSI_R_FAR);
-    return m->albedo[channel] * sssi_profile_unit(m, channel, k * k);
+    return m->albedo[channel] * sssi_profile_unit(m, m->dipole, channel, k * k);
 }
 static inline float sss_within(const sss_medium *m, int channel, float r) {
     float tail;
@@ -706,7 +739,8 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
     s->candidates = !live ? 0 : given.candidates ? given.candidates : 8;
     s->exits = result != SSS_OK ? 0 : given.exits ? given.exits : 1;
     s->independent = given.independent;
-    s->next = s->hits = 0;
+    s->next = s->hits = s->waiting = 0;
+    s->exit = s->exits - 1;
     s->seed = seed;
     sssi_set_shares(s, given.techniques);
     sssi_set_counts(s);
@@ -715,36 +749,67 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
         s->reservoir[i].light = 1.0f;
         s->reservoir[i].position = s->reservoir[i].normal = geometric_normal;
     }
+    for (i = 0; i < SSS_LANES; ++i) { /* lanes without a hit are worked on too */
+        sssi_set_lane(&s->hit_position, i, geometric_normal);
+        sssi_set_lane(&s->hit_normal, i, geometric_normal);
+        s->hit_light[i] = 1.0f;
+        s->hit_exit[i] = 0;
+    }
     return result;
 }
 
 /* ---- Probes ---- */
 
-/* Random numbers of probe k of the n that share a technique: one to each of n strata, in an order of its own for
-   each dimension (a Latin hypercube). The order is a bijection of 0..n-1: one of the next power of two, walked until it
-   lands inside. Independent probes have a stratum to themselves, n = 1. */
-enum { SSSI_CHANNEL, SSSI_PART, SSSI_RADIUS, SSSI_TURN, SSSI_SIDE, SSSI_COSINE, SSSI_TURN_B, SSSI_DIMENSIONS };
+/* Random numbers. The n probes of a technique are a lattice in all their dimensions: from where the lookup's seed puts
+   probe 0, probe k stands k p / n of a turn on, p the prime that names the dimension. So each dimension has one number
+   in each of n equal strata (a Latin hypercube), and angles are evenly spaced. The primes were chosen for even pairs
+   of dimensions at n up to 96. An independent probe is number 0 of a lattice of its own. */
+enum {
+    SSSI_CHANNEL = 449,
+    SSSI_PART = 607,
+    SSSI_RADIUS = 457,
+    SSSI_TURN = 379,
+    SSSI_SIDE = 569,
+    SSSI_COSINE = 563,
+    SSSI_TURN_B = 641
+};
+typedef struct sssi_places { /* where the next probes stand */
+    int technique[SSS_LANES];
+    uint32_t name[SSS_LANES]; /* of the lattice */
+    float k[SSS_LANES], n[SSS_LANES];
+} sssi_places;
 
-SSSI_FN float sssi_stratum(const sss_resampler *s, int k, int n, uint32_t dim, uint32_t jitter) {
-    uint32_t key = sss_hash(s->seed, dim << 16), i = (uint32_t)k, mask = (uint32_t)n - 1u;
-    mask |= mask >> 1;
-    mask |= mask >> 2;
-    mask |= mask >> 4;
-    mask |= mask >> 8;
-    do {
-        i = ((i ^ key) * (key >> 8 | 1u)) & mask;
-        i ^= i >> 1;
-        i = (i * (key >> 16 | 1u) + (key >> 4)) & mask;
-    } while (i >= (uint32_t)n);
-    i = (i + sssi_mix(key) % (uint32_t)n) % (uint32_t)n; /* the walk alone favours some places */
-    return sssi_open(((float)i + sssi_unit(jitter)) / (float)n);
+SSSI_FN void sssi_find_places(const sss_resampler *s, int count, sssi_places *at) {
+    const int *f = s->first;
+    int n[SSSI_TECHNIQUES], f1 = f[1], f2 = f[2], f3 = f[3], f4 = f[4], j[SSS_LANES], l;
+    for (l = 0; l < SSSI_TECHNIQUES; ++l) n[l] = f[l + 1] - f[l];
+    for (l = 0; l < count; ++l) j[l] = s->next + l;
+    for (l = 0; l < count; ++l) { /* no branches, or this would not vectorise */
+        int past1 = j[l] >= f1, past2 = j[l] >= f2, past3 = j[l] >= f3, past4 = j[l] >= f4;
+        int before = past1 * n[0] + past2 * n[1] + past3 * n[2] + past4 * n[3];
+        int all = n[0] + past1 * (n[1] - n[0]) + past2 * (n[2] - n[1]) + past3 * (n[3] - n[2]) + past4 * (n[4] - n[3]);
+        at->technique[l] = past1 + past2 + past3 + past4;
+        at->name[l] = (uint32_t)at->technique[l] << 10;
+        at->k[l] = (float)(j[l] - before);
+        at->n[l] = (float)all;
+    }
+    for (l = 0; l < count && s->independent; ++l) {
+        float u = sssi_unit(sss_hash(s->seed, 0x50000000u + (uint32_t)j[l])), sum = s->share[0];
+        at->technique[l] = 0;
+        while (u > sum && at->technique[l] < SSSI_CHORD) sum += s->share[++at->technique[l]];
+        at->name[l] = (uint32_t)(SSSI_TECHNIQUES + j[l]) << 10;
+        at->k[l] = 0.0f;
+    }
 }
-SSSI_FN float sssi_dimension(const sss_resampler *s, int k, int n, uint32_t dim) {
-    return sssi_stratum(s, k, n, dim, sss_hash(s->seed, (dim << 16) + (uint32_t)s->next));
-}
-/* The same for an angle, in turns: the n angles are evenly spaced, as all strata share their jitter. */
-SSSI_FN float sssi_angle(const sss_resampler *s, int k, int n, uint32_t dim) {
-    return sssi_stratum(s, k, n, dim, sss_hash(s->seed, (dim << 16) + (s->independent ? (uint32_t)s->next : 0xffffu)));
+SSSI_FN void sssi_draw(const sss_resampler *s, int count, const sssi_places *at, int prime, float *u) {
+    int l;
+    for (l = 0; l < count; ++l) {
+        float kp = at->k[l] * (float)prime, step = 1.0f / at->n[l];
+        float place =
+            (kp - at->n[l] * (float)(int)(kp * step - 0.5f)) * step; /* 0..1.5 turns, without rounding kp / n */
+        float x = place + sssi_unit(sss_hash(s->seed, at->name[l] + (uint32_t)prime));
+        u[l] = sssi_open(x - (float)(int)x);
+    }
 }
 
 /* The proposal P of channel c, a unit density over the plane: Burley's profile itself, and for the dipoles the two
@@ -754,208 +819,329 @@ SSSI_FN float sssi_pole(float z, float r2) {
     float dz2 = r2 + z * z;
     return z / (2.0f * SSSI_PI * dz2 * SSSI_SQRT(dz2));
 }
-SSSI_FN float sssi_proposal(const sss_medium *m, int c, float r2) {
+SSSI_FN float sssi_proposal(const sss_medium *m, int dipole, int c, float r2) {
     float poles;
-    if (!m->dipole) return sssi_burley_unit(m->length[c], r2);
+    if (!dipole) return sssi_burley_unit(m->length[c], r2);
     poles = 0.5f * (sssi_pole(m->length[c], r2) + sssi_pole(m->zv[c], r2));
     return m->sigma[c] > 0.0f ? 0.5f * (poles + sssi_burley_unit(1.0f / (3.0f * m->sigma[c]), r2)) : poles;
 }
 
 /* A distance with density 2 pi r P(r) from a uniform u; Burley: u is the tail x (x^2 + 3) / 4, x = e^(-r/3d). */
+SSSI_FN float sssi_burley_step(float x, float u) {
+    return x - (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
+}
 SSSI_FN float sssi_burley_radius(float d, float u) {
     float x = u * (4.0f / 3 - u / 3);
-    x -= (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
-    x -= (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
+    x = sssi_burley_step(sssi_burley_step(x, u), u);
     return -3.0f * d * sssi_log(sssi_min(x, 1.0f));
 }
 /* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: u = 3/4 e (1 + t/2) + 1/4 e^3 (1 + 3t/2),
    t = rho / 3d, e = e^-t, by two steps of Halley from a guess good to 5 %. */
+SSSI_FN float sssi_burley_chord_step(float t, float u) {
+    float e = sssi_exp(-t), e3 = e * e * e;
+    float f = 0.75f * e * (1.0f + 0.5f * t) + 0.25f * e3 * (1.0f + 1.5f * t) - u;
+    float d1 = -0.375f * (e * (1.0f + t) + e3 * (1.0f + 3.0f * t)), d2 = 0.375f * t * (e + 9.0f * e3);
+    return t - f * d1 / (d1 * d1 - 0.5f * f * d2);
+}
 SSSI_FN float sssi_burley_chord(float d, float u) {
     float l = -sssi_log(u), t = l + l / (3.6f + 0.27f * l);
-    int i;
-    for (i = 0; i < 2; ++i) {
-        float e = sssi_exp(-t), e3 = e * e * e;
-        float f = 0.75f * e * (1.0f + 0.5f * t) + 0.25f * e3 * (1.0f + 1.5f * t) - u;
-        float d1 = -0.375f * (e * (1.0f + t) + e3 * (1.0f + 3.0f * t)), d2 = 0.375f * t * (e + 9.0f * e3);
-        t -= f * d1 / (d1 * d1 - 0.5f * f * d2);
-    }
+    t = sssi_burley_chord_step(sssi_burley_chord_step(t, u), u);
     return 3.0f * d * sssi_max(t, 0.0f);
 }
 /* The same for a pole: the distance to it is z / c, with c = u on disks; u = (3c - c^3) / 2 for chords, that is
    1 - u = v = e^2 (3 - e) / 2, e = 1 - c, by Newton. */
 SSSI_FN float sssi_pole_radius(float z, float c) { return z * SSSI_SQRT((1.0f - c) * (1.0f + c)) / c; }
+SSSI_FN float sssi_pole_chord_step(float e, float v) {
+    return e - (e * e * (3.0f - e) - 2.0f * v) / (3.0f * e * (2.0f - e));
+}
 SSSI_FN float sssi_pole_chord(float z, float u) {
     float v = 1.0f - u, e = SSSI_SQRT(v * (2.0f / 3 + v / 3));
-    int i;
-    for (i = 0; i < 3; ++i) e -= (e * e * (3.0f - e) - 2.0f * v) / (3.0f * e * (2.0f - e));
+    e = sssi_pole_chord_step(sssi_pole_chord_step(sssi_pole_chord_step(e, v), v), v);
     return sssi_pole_radius(z, sssi_max(1.0f - e, SSSI_NUDGE));
 }
-/* A radius of channel c from u, for a disk or a chord; `part` picks among the parts of the proposal. */
-SSSI_FN float sssi_radius(const sss_medium *m, int c, float part, float u, int chord) {
-    float d = m->length[c];
-    if (m->dipole) {
-        int i = sssi_class(&part, m->sigma[c] > 0.0f ? 4 : 2);
-        float z = i == 0 ? m->length[c] : m->zv[c];
-        if (i < 2) return chord ? sssi_pole_chord(z, u) : sssi_pole_radius(z, u);
-        d = 1.0f / (3.0f * m->sigma[c]);
-    }
-    return chord ? sssi_burley_chord(d, u) : sssi_burley_radius(d, u);
-}
-/* A live channel by u. */
-SSSI_FN int sssi_channel(const sss_resampler *s, float u) {
-    int live = (s->mix[0] > 0.0f) + (s->mix[1] > 0.0f) + (s->mix[2] > 0.0f), i = sssi_class(&u, live), c = 0;
-    while (s->mix[c] == 0.0f || i-- > 0) ++c;
-    return c;
+/* A radius from u, for a disk or a chord; `part` picks among the parts of the proposal. */
+SSSI_FN float sssi_radius(int dipole, int all, float length, float zv, float sigma, int chord, float part, float u) {
+    int i = dipole ? sssi_class(&part, sigma > 0.0f ? 4 : 2) : 2, pole = i < 2;
+    float z = i > 0 ? zv : length, d = dipole ? 1.0f / (3.0f * sigma) : length;
+    float disk_pole = all || (!chord && pole) ? sssi_pole_radius(z, u) : 0.0f;
+    float disk_wave = all || (!chord && !pole) ? sssi_burley_radius(d, u) : 0.0f;
+    float chord_pole = all || (chord && pole) ? sssi_pole_chord(z, u) : 0.0f;
+    float chord_wave = all || (chord && !pole) ? sssi_burley_chord(d, u) : 0.0f;
+    float of_pole = chord ? chord_pole : disk_pole, of_wave = chord ? chord_wave : disk_wave;
+    if (!dipole) return of_wave;
+    return pole ? of_pole : of_wave;
 }
 
-/* A vector of the frame whose third axis is `third` of the lookup's axes, 0..2. */
-SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, int third, float x, float y, float z) {
-    sss_vec3 a = s->axis[third], b = s->axis[third == 2 ? 0 : third + 1], c = s->axis[third == 0 ? 2 : third - 1];
-    return sssi_add(sssi_add(sssi_mul(b, x), sssi_mul(c, y)), sssi_mul(a, z));
-}
-/* A segment from a to b, both about the entry in inner units, as the caller's probe; 0 where it has no length. */
-SSSI_FN int sssi_set_probe(const sss_resampler *s, sss_vec3 a, sss_vec3 b, sss_probe *probe) {
-    sss_vec3 d = sssi_sub(b, a);
-    float length = SSSI_SQRT(sssi_dot(d, d));
-    if (!sssi_normalize(&d)) return 0;
-    probe->origin = sssi_add(s->position, sssi_mul(a, s->unit));
-    probe->direction = d;
-    probe->length = length * s->unit;
-    return length > 0.0f;
-}
-/* [3] */
-SSSI_FN int sssi_disk_probe(const sss_resampler *s, int axis, int k, int n, sss_probe *probe) {
-    uint32_t dim = (uint32_t)(axis * SSSI_DIMENSIONS);
-    int c = sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL));
-    float part = sssi_dimension(s, k, n, dim + SSSI_PART), u = sssi_dimension(s, k, n, dim + SSSI_RADIUS), sn, cs;
-    float r = sssi_radius(&s->medium, c, part, u, 0), h = s->medium.r_max * s->medium.r_max - r * r;
-    if (!(h > 0.0f)) return 0;
-    h = SSSI_SQRT(h);
-    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sn, &cs);
-    return sssi_set_probe(s, sssi_in_frame(s, axis, r * cs, r * sn, h), sssi_in_frame(s, axis, r * cs, r * sn, -h),
-                          probe);
+/* The ends of a probe's segment: `rim` from its axis and `height` along it, about the entry. */
+typedef struct sssi_ends {
+    float rim_a, height_a, rim_b, height_b;
+} sssi_ends;
+
+/* [3]. Beyond r_max the ends meet, and there is no probe. */
+SSSI_FN sssi_ends sssi_disk_ends(float r, float r_max) {
+    sssi_ends e;
+    e.rim_a = e.rim_b = r;
+    e.height_a = SSSI_SQRT(sssi_max(r_max * r_max - r * r, 0.0f));
+    e.height_b = -e.height_a;
+    return e;
 }
 /* [4]. The line is o + t w, w the upper of its two directions; the ball cuts it at t = h (n.w) -+ reach. */
-SSSI_FN int sssi_sphere_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    uint32_t dim = (uint32_t)SSSI_SPHERE * SSSI_DIMENSIONS;
-    float h = s->medium.length[sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL))], sn, cs;
-    float z = sssi_dimension(s, k, n, dim + SSSI_COSINE), rim = SSSI_SQRT((1.0f - z) * (1.0f + z));
-    float r_max = s->medium.r_max, reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * z * z);
-    float a = h * z + reach, b = h * z - reach;
-    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sn, &cs);
-    return sssi_set_probe(s, sssi_in_frame(s, SSSI_NORMAL, a * rim * cs, a * rim * sn, a * z - h),
-                          sssi_in_frame(s, SSSI_NORMAL, b * rim * cs, b * rim * sn, b * z - h), probe);
+SSSI_FN sssi_ends sssi_sphere_ends(float h, float r_max, float z) {
+    float rim = SSSI_SQRT((1.0f - z) * (1.0f + z)), reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * z * z);
+    sssi_ends e;
+    e.rim_a = (h * z + reach) * rim;
+    e.rim_b = (h * z - reach) * rim;
+    e.height_a = (h * z + reach) * z - h;
+    e.height_b = (h * z - reach) * z - h;
+    return e;
 }
 /* [5]. Half of the chords join the two sides of the tangent plane, a quarter lies above it and a quarter below. */
-SSSI_FN int sssi_chord_probe(const sss_resampler *s, int k, int n, sss_probe *probe) {
-    uint32_t dim = (uint32_t)SSSI_CHORD * SSSI_DIMENSIONS;
-    int c = sssi_channel(s, sssi_dimension(s, k, n, dim + SSSI_CHANNEL)), side;
-    float part = sssi_dimension(s, k, n, dim + SSSI_PART), u = sssi_dimension(s, k, n, dim + SSSI_RADIUS);
-    float za = sssi_dimension(s, k, n, dim + SSSI_SIDE), zb = sssi_dimension(s, k, n, dim + SSSI_COSINE);
-    float rho = sssi_radius(&s->medium, c, part, u, 1), ra, rb, sa, ca, sb, cb;
-    side = sssi_class(&za, 4);
-    ra = rho * SSSI_SQRT((1.0f - za) * (1.0f + za));
-    rb = rho * SSSI_SQRT((1.0f - zb) * (1.0f + zb));
-    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN), &sa, &ca);
-    sssi_sincos_turn(sssi_angle(s, k, n, dim + SSSI_TURN_B), &sb, &cb);
-    return sssi_set_probe(s, sssi_in_frame(s, SSSI_NORMAL, ra * ca, ra * sa, side == 3 ? -rho * za : rho * za),
-                          sssi_in_frame(s, SSSI_NORMAL, rb * cb, rb * sb, side == 2 ? rho * zb : -rho * zb), probe);
+SSSI_FN sssi_ends sssi_chord_ends(float rho, float za, float zb) {
+    int side = sssi_class(&za, 4);
+    sssi_ends e;
+    e.rim_a = rho * SSSI_SQRT((1.0f - za) * (1.0f + za));
+    e.rim_b = rho * SSSI_SQRT((1.0f - zb) * (1.0f + zb));
+    e.height_a = side == 3 ? -rho * za : rho * za;
+    e.height_b = side == 2 ? rho * zb : -rho * zb;
+    return e;
+}
+/* a, b or c for i up to 0, of 1, or from 2 on. */
+SSSI_FN float sssi_choose(int i, float a, float b, float c) { return i > 1 ? c : i > 0 ? b : a; }
+/* A vector from its part along the technique's axis, z, and the two others. */
+SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, int technique, float x, float y, float z) {
+    int i = technique * (technique <= SSSI_BITANGENT);
+    float t = sssi_choose(i, x, z, y), b = sssi_choose(i, y, x, z), n = sssi_choose(i, z, y, x);
+    return sssi_add(sssi_add(sssi_mul(s->axis[SSSI_TANGENT], t), sssi_mul(s->axis[SSSI_BITANGENT], b)),
+                    sssi_mul(s->axis[SSSI_NORMAL], n));
 }
 
+/* The lengths of the live channel that each of the next probes is for. */
+typedef struct sssi_channels {
+    float length[SSS_LANES], zv[SSS_LANES], sigma[SSS_LANES];
+} sssi_channels;
+
+SSSI_FN void sssi_draw_channels(const sss_resampler *s, int count, const float *u, sssi_channels *of) {
+    float length[3], zv[3], sigma[3];
+    int c, l, live = 0;
+    for (c = 0; c < 3; ++c) { /* the live ones first */
+        length[live] = length[c] = s->medium.length[c];
+        zv[live] = zv[c] = s->medium.zv[c];
+        sigma[live] = sigma[c] = s->medium.sigma[c];
+        live += s->mix[c] > 0.0f;
+    }
+    for (l = 0; l < count; ++l) {
+        float rest = u[l];
+        int i = sssi_class(&rest, live);
+        of->length[l] = sssi_choose(i, length[0], length[1], length[2]);
+        of->zv[l] = sssi_choose(i, zv[0], zv[1], zv[2]);
+        of->sigma[l] = sssi_choose(i, sigma[0], sigma[1], sigma[2]);
+    }
+}
+/* The ends of the next probes in space, about the entry in inner units. */
+SSSI_FN void sssi_draw_segments(const sss_resampler *s, int dipole, int count, sssi_lanes *a, sssi_lanes *b) {
+    sssi_places at;
+    sssi_channels of;
+    float u[SSS_LANES], part[SSS_LANES], r[SSS_LANES], turn[SSS_LANES], turn_b[SSS_LANES], side[SSS_LANES];
+    float cosine[SSS_LANES], r_max = s->medium.r_max;
+    int l, all = SSSI_WIDE && count > 1;
+    sssi_find_places(s, count, &at);
+    sssi_draw(s, count, &at, SSSI_CHANNEL, u);
+    sssi_draw_channels(s, count, u, &of);
+    sssi_draw(s, count, &at, SSSI_PART, part);
+    sssi_draw(s, count, &at, SSSI_RADIUS, u);
+    sssi_draw(s, count, &at, SSSI_TURN, turn);
+    sssi_draw(s, count, &at, SSSI_SIDE, side);
+    sssi_draw(s, count, &at, SSSI_COSINE, cosine);
+    sssi_draw(s, count, &at, SSSI_TURN_B, turn_b);
+    for (l = 0; l < count; ++l) {
+        int t = at.technique[l];
+        float drawn = 0.0f;
+        if (all || t != SSSI_SPHERE)
+            drawn = sssi_radius(dipole, all, of.length[l], of.zv[l], of.sigma[l], t == SSSI_CHORD, part[l], u[l]);
+        r[l] = t == SSSI_SPHERE ? 0.0f : drawn;
+    }
+    for (l = 0; l < count; ++l) {
+        int t = at.technique[l];
+        sssi_ends disk = sssi_disk_ends(r[l], r_max), sphere = sssi_sphere_ends(of.length[l], r_max, cosine[l]);
+        sssi_ends chord = sssi_chord_ends(r[l], side[l], cosine[l]);
+        float rim_a = sssi_choose(t - 2, disk.rim_a, sphere.rim_a, chord.rim_a), sa, ca;
+        float rim_b = sssi_choose(t - 2, disk.rim_b, sphere.rim_b, chord.rim_b), sb, cb;
+        float height_a = sssi_choose(t - 2, disk.height_a, sphere.height_a, chord.height_a);
+        float height_b = sssi_choose(t - 2, disk.height_b, sphere.height_b, chord.height_b);
+        sssi_sincos_turn(turn[l], &sa, &ca);
+        sssi_sincos_turn(turn_b[l], &sb, &cb);
+        sb = t == SSSI_CHORD ? sb : sa;
+        cb = t == SSSI_CHORD ? cb : ca;
+        sssi_set_lane(a, l, sssi_in_frame(s, t, rim_a * ca, rim_a * sa, height_a));
+        sssi_set_lane(b, l, sssi_in_frame(s, t, rim_b * cb, rim_b * sb, height_b));
+    }
+}
+SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
+    sssi_lanes a, b;
+    float length[SSS_LANES];
+    int l;
+    sssi_draw_segments(s, dipole, count, &a, &b);
+    for (l = 0; l < count; ++l) {
+        sss_vec3 from = sssi_lane(&a, l), way = sssi_sub(sssi_lane(&b, l), from);
+        float reach = SSSI_SQRT(sssi_dot(way, way));
+        sssi_set_lane(&a, l, sssi_add(s->position, sssi_mul(from, s->unit)));
+        sssi_set_lane(&b, l, sssi_mul(way, 1.0f / reach));
+        length[l] = reach * s->unit;
+    }
+    for (l = 0; l < count; ++l) {
+        sssi_set_lane(&s->origin, l, sssi_lane(&a, l));
+        sssi_set_lane(&s->direction, l, sssi_lane(&b, l));
+        s->length[l] = length[l];
+    }
+}
+/* Makes the next probes, as many as there are lanes or are left. */
+SSSI_APART void sssi_make_probes(sss_resampler *s) {
+    int left = s->candidates - s->next;
+    if (s->medium.dipole) SSSI_CALL(sssi_make_probes_of, s, 1, left);
+    else SSSI_CALL(sssi_make_probes_of, s, 0, left);
+}
 static inline int sss_next_probe(sss_resampler *s, sss_probe *probe) {
     while (s->next < s->candidates) {
-        int j = s->next++, t = 0, k = 0, n = 1, found;
-        if (s->independent) {
-            float u = sssi_unit(sss_hash(s->seed, 0x50000000u + (uint32_t)s->next)), sum = s->share[0];
-            while (u > sum && t < SSSI_CHORD) sum += s->share[++t];
-        } else {
-            while (j >= s->first[t + 1]) ++t;
-            k = j - s->first[t];
-            n = s->first[t + 1] - s->first[t];
-        }
-        if (t == SSSI_CHORD) found = sssi_chord_probe(s, k, n, probe);
-        else if (t == SSSI_SPHERE) found = sssi_sphere_probe(s, k, n, probe);
-        else found = sssi_disk_probe(s, t, k, n, probe);
-        if (found) return 1;
+        int l = (int)((uint32_t)s->next % SSS_LANES);
+        if (l == 0) sssi_make_probes(s);
+        ++s->next;
+        if (++s->exit >= s->exits) s->exit = 0;
+        if (!(s->length[l] > 0.0f)) continue;
+        probe->origin = sssi_lane(&s->origin, l);
+        probe->direction = sssi_lane(&s->direction, l);
+        probe->length = s->length[l];
+        return 1;
     }
     return 0;
 }
 
 /* ---- Weights ---- */
-SSSI_FN float sssi_mean_proposal(const sss_resampler *s, float r2) {
-    float p[3];
-    int c;
-    for (c = 0; c < 3; ++c) p[c] = sssi_proposal(&s->medium, c, r2);
-    return s->mix[0] * p[0] + s->mix[1] * p[1] + s->mix[2] * p[2];
+/* g */
+SSSI_FN float sssi_target(const sss_resampler *s, int dipole, float r2) {
+    const sss_medium *m = &s->medium;
+    return s->mix[0] * sssi_profile_unit(m, dipole, 0, r2) + s->mix[1] * sssi_profile_unit(m, dipole, 1, r2) +
+           s->mix[2] * sssi_profile_unit(m, dipole, 2, r2);
+}
+SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
+    const sss_medium *m = &s->medium;
+    return s->mix[0] * sssi_proposal(m, dipole, 0, r2) + s->mix[1] * sssi_proposal(m, dipole, 1, r2) +
+           s->mix[2] * sssi_proposal(m, dipole, 2, r2);
+}
+/* The intensities below are of one technique, at x about the entry where the surface has the unit normal n. */
+SSSI_FN float sssi_depth_intensity(sss_vec3 x, sss_vec3 n, sss_vec3 axis, float h) {
+    sss_vec3 v = sssi_add(x, sssi_mul(axis, h));
+    float v2 = sssi_dot(v, v);
+    return SSSI_FABS(sssi_dot(n, v)) / (2.0f * SSSI_PI * v2 * SSSI_SQRT(v2));
 }
 SSSI_FN float sssi_sphere_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
-    float sum = 0.0f;
-    int c;
-    for (c = 0; c < 3; ++c) {
-        sss_vec3 v = sssi_add(x, sssi_mul(s->axis[SSSI_NORMAL], s->medium.length[c]));
-        float v2 = sssi_dot(v, v);
-        sum += s->mix[c] * SSSI_FABS(sssi_dot(n, v)) / (2.0f * SSSI_PI * v2 * SSSI_SQRT(v2));
-    }
-    return sum;
+    const float *h = s->medium.length;
+    sss_vec3 axis = s->axis[SSSI_NORMAL];
+    return s->mix[0] * sssi_depth_intensity(x, n, axis, h[0]) + s->mix[1] * sssi_depth_intensity(x, n, axis, h[1]) +
+           s->mix[2] * sssi_depth_intensity(x, n, axis, h[2]);
 }
-/* The intensity that every weight uses: expected hits per area and probe at x about the entry, in inner units. */
-SSSI_FN float sssi_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
-    float r2 = sssi_dot(x, x), mu = 0.0f, along[3];
-    int a;
-    if (r2 <= s->medium.r_max * s->medium.r_max) {
-        for (a = 0; a < 3; ++a) along[a] = sssi_dot(x, s->axis[a]);
-        for (a = 0; a < 3; ++a) { /* r2 - along^2 would lose r_a about the axis, where the density has its pole */
-            float u = along[a == 2 ? 0 : a + 1], v = along[a == 0 ? 2 : a - 1];
-            if (s->share[a] > 0.0f)
-                mu += s->share[a] * SSSI_FABS(sssi_dot(n, s->axis[a])) * sssi_mean_proposal(s, u * u + v * v);
-        }
-        if (s->share[SSSI_SPHERE] > 0.0f) mu += s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, x, n);
+/* r_a comes from the parts along the two other axes: r^2 less the part along this one would lose it where the density
+   has its pole. */
+SSSI_FN void sssi_add_disk(const sss_resampler *s, int dipole, int count, const sssi_lanes *x, const sssi_lanes *n,
+                           int axis, int second, int third, float *mu) {
+    int l;
+    if (!(s->share[axis] > 0.0f)) return;
+    for (l = 0; l < count; ++l) {
+        float u = sssi_dot(sssi_lane(x, l), s->axis[second]), v = sssi_dot(sssi_lane(x, l), s->axis[third]);
+        float along = SSSI_FABS(sssi_dot(sssi_lane(n, l), s->axis[axis]));
+        mu[l] += s->share[axis] * along * sssi_mean_proposal(s, dipole, u * u + v * v);
     }
-    if (s->share[SSSI_CHORD] > 0.0f) mu += 0.5f * s->share[SSSI_CHORD] * sssi_mean_proposal(s, r2);
-    return mu;
 }
-/* g */
-SSSI_FN float sssi_target(const sss_resampler *s, float r2) {
-    float g[3];
-    int c;
-    for (c = 0; c < 3; ++c) g[c] = sssi_profile_unit(&s->medium, c, r2);
-    return s->mix[0] * g[0] + s->mix[1] * g[1] + s->mix[2] * g[2];
+/* The target, and the intensity that every weight uses: expected hits per area and probe; all in inner units. Burley's
+   proposal is the profile itself. */
+SSSI_FN void sssi_densities(const sss_resampler *s, int dipole, int count, const sssi_lanes *x, const sssi_lanes *n,
+                            float *target, float *mu) {
+    float r2[SSS_LANES], ball = s->medium.r_max * s->medium.r_max;
+    int l;
+    for (l = 0; l < count; ++l) mu[l] = 0.0f;
+    sssi_add_disk(s, dipole, count, x, n, SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, mu);
+    sssi_add_disk(s, dipole, count, x, n, SSSI_TANGENT, SSSI_BITANGENT, SSSI_NORMAL, mu);
+    sssi_add_disk(s, dipole, count, x, n, SSSI_BITANGENT, SSSI_NORMAL, SSSI_TANGENT, mu);
+    if (s->share[SSSI_SPHERE] > 0.0f)
+        for (l = 0; l < count; ++l)
+            mu[l] += s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, sssi_lane(x, l), sssi_lane(n, l));
+    for (l = 0; l < count; ++l) {
+        float chord;
+        r2[l] = sssi_dot(sssi_lane(x, l), sssi_lane(x, l));
+        target[l] = sssi_target(s, dipole, r2[l]);
+        chord = 0.5f * s->share[SSSI_CHORD] * (dipole ? sssi_mean_proposal(s, 1, r2[l]) : target[l]);
+        mu[l] = (r2[l] <= ball ? mu[l] : 0.0f) + chord;
+    }
 }
 SSSI_FN sss_vec3 sssi_offset(const sss_resampler *s, sss_vec3 position) {
     return sssi_mul(sssi_sub(position, s->position), 1.0f / s->unit);
 }
 static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal) {
-    float mu;
+    sssi_lanes x, n;
+    float target[SSS_LANES], mu[SSS_LANES];
     if (!s->candidates || !sssi_finite(position) || !sssi_normalize(&geometric_normal)) return 0.0f;
-    mu = sssi_intensity(s, sssi_offset(s, position), geometric_normal);
-    return mu >= 0.0f ? mu / (s->unit * s->unit) : 0.0f;
+    sssi_set_lane(&x, 0, sssi_offset(s, position));
+    sssi_set_lane(&n, 0, geometric_normal);
+    if (s->medium.dipole) sssi_densities(s, 1, 1, &x, &n, target, mu);
+    else sssi_densities(s, 0, 1, &x, &n, target, mu);
+    return mu[0] >= 0.0f ? mu[0] / (s->unit * s->unit) : 0.0f;
 }
 
 /* ---- Pick ---- */
-static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal, float light) {
-    sssi_reservoir *held;
-    sss_vec3 x;
-    float r2, target, plain, weight, pick;
-    if (s->next == 0 || !(light > 0.0f && light <= SSSI_FLT_MAX)) return;
-    if (!sssi_finite(position) || !sssi_normalize(&geometric_normal)) return;
-    x = sssi_offset(s, position);
-    r2 = sssi_dot(x, x);
-    if (!(r2 <= SSSI_FLT_MAX)) return;
-    target = sssi_target(s, r2);
-    plain = target / (sssi_intensity(s, x, geometric_normal) * (float)s->candidates);
-    light = sssi_min(sssi_max(light, SSSI_HINT_MIN), SSSI_HINT_MAX);
-    weight = plain * light;
-    if (!(target >= SSSI_TINY && weight >= SSSI_TINY && plain <= SSSI_HUGE)) return; /* not NaN either */
-    held = &s->reservoir[(s->next - 1) % s->exits];
-    held->plain += plain;
-    held->weight += weight;
-    pick = sssi_unit(sss_hash(s->seed, 0x70000000u + (uint32_t)s->hits++));
-    if (pick * held->weight < weight) {
-        held->target = target;
-        held->light = light;
-        held->position = position;
-        held->normal = geometric_normal;
+SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
+    sssi_lanes x, n;
+    float target[SSS_LANES], plain[SSS_LANES], weight[SSS_LANES], light[SSS_LANES], pick[SSS_LANES];
+    int e, l;
+    for (l = 0; l < count; ++l) {
+        sss_vec3 normal = sssi_lane(&s->hit_normal, l);
+        sssi_normalize(&normal);
+        sssi_set_lane(&n, l, normal);
+        sssi_set_lane(&x, l, sssi_offset(s, sssi_lane(&s->hit_position, l)));
     }
+    sssi_densities(s, dipole, count, &x, &n, target, plain);
+    for (l = 0; l < count; ++l) {
+        float w, p = target[l] / (plain[l] * (float)s->candidates);
+        light[l] = sssi_min(sssi_max(s->hit_light[l], SSSI_HINT_MIN), SSSI_HINT_MAX);
+        w = p * light[l];
+        plain[l] = ((target[l] >= SSSI_TINY) & (w >= SSSI_TINY) & (p <= SSSI_HUGE)) ? p : 0.0f; /* 0 for NaN too */
+        weight[l] = plain[l] > 0.0f ? w : 0.0f;
+        pick[l] = sssi_unit(sss_hash(s->seed, 0x70000000u + (uint32_t)(s->hits + l)));
+    }
+    for (e = 0; e < s->exits; ++e) {
+        sssi_reservoir *held = &s->reservoir[e];
+        float sum = held->weight, sum_plain = held->plain;
+        int chosen = -1;
+        for (l = 0; l < s->waiting; ++l) {
+            float w = s->hit_exit[l] == e ? weight[l] : 0.0f;
+            sum += w;
+            sum_plain += s->hit_exit[l] == e ? plain[l] : 0.0f;
+            chosen = pick[l] * sum < w ? l : chosen;
+        }
+        held->weight = sum;
+        held->plain = sum_plain;
+        if (chosen < 0) continue;
+        held->target = target[chosen];
+        held->light = light[chosen];
+        held->position = sssi_lane(&s->hit_position, chosen);
+        held->normal = sssi_lane(&n, chosen);
+    }
+    s->hits += s->waiting;
+    s->waiting = 0;
+}
+/* Weighs the hits that wait, side by side; then each in its turn is held with the chance weight / sum so far. */
+SSSI_APART void sssi_weigh(sss_resampler *s) {
+    if (s->medium.dipole) SSSI_CALL(sssi_weigh_of, s, 1, s->waiting);
+    else SSSI_CALL(sssi_weigh_of, s, 0, s->waiting);
+}
+static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal, float light) {
+    sss_vec3 n = geometric_normal;
+    int l = s->waiting;
+    if (s->next == 0 || !(light > 0.0f && light <= SSSI_FLT_MAX)) return;
+    if (!sssi_finite(position) || !sssi_finite(n) || (n.x == 0.0f && n.y == 0.0f && n.z == 0.0f)) return;
+    sssi_set_lane(&s->hit_position, l, position);
+    sssi_set_lane(&s->hit_normal, l, geometric_normal);
+    s->hit_light[l] = light;
+    s->hit_exit[l] = s->exit;
+    if (++s->waiting == SSS_LANES) sssi_weigh(s);
 }
 
 /* The entry itself, for the Lambert channels of a medium that has live ones too: it stands in the first reservoir with
@@ -971,6 +1157,7 @@ SSSI_FN int sssi_finish_lambert(const sss_resampler *s, float h, sss_exit *exit)
 }
 static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
     int i, c, count = 0;
+    if (s->waiting) sssi_weigh(s);
     for (i = 0; i < s->exits; ++i) {
         sssi_reservoir *held = &s->reservoir[i];
         float r2, weight = held->weight;
@@ -987,7 +1174,8 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
         exits[count].position = held->position;
         exits[count].normal = held->normal;
         for (c = 0; c < 3; ++c) {
-            float part = s->mix[c] > 0.0f ? sssi_profile_unit(&s->medium, c, r2) / held->target : 0.0f;
+            float part =
+                s->mix[c] > 0.0f ? sssi_profile_unit(&s->medium, s->medium.dipole, c, r2) / held->target : 0.0f;
             exits[count].weight[c] = s->medium.albedo[c] * part * (weight / held->light);
         }
         ++count;

@@ -186,8 +186,6 @@ static int sss_cl_ask(sss_cl *cl) {
 sss_cl_result sss_cl_open(sss_cl *cl, const char *name, const char *more) {
     cl_int code;
     memset(cl, 0, sizeof *cl);
-    // PoCL's default has LLVM pack scalars of one lookup into vectors, which makes it 1.35 times slower.
-    setenv("POCL_WORK_GROUP_METHOD", "loops", 0);
     cl->local = SSS_CL_LOCAL;
     cl->log = (char *)calloc(1, 1);
     if (!cl->log) return sss_cl_out_of_memory(cl);

@@ -16,6 +16,7 @@
     FIELD(sss_plan, independent)                                                                             \
     SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction) FIELD(sss_probe, length)            \
     SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)                 \
+    SIZE(sssi_lanes) FIELD(sssi_lanes, x) FIELD(sssi_lanes, y) FIELD(sssi_lanes, z)                          \
     SIZE(sssi_reservoir) FIELD(sssi_reservoir, weight) FIELD(sssi_reservoir, plain)                          \
     FIELD(sssi_reservoir, target) FIELD(sssi_reservoir, light) FIELD(sssi_reservoir, position)               \
     FIELD(sssi_reservoir, normal)                                                                            \
@@ -23,8 +24,11 @@
     FIELD(sss_resampler, axis) FIELD(sss_resampler, unit) FIELD(sss_resampler, mix)                          \
     FIELD(sss_resampler, lambert) FIELD(sss_resampler, lambert_only) FIELD(sss_resampler, share)             \
     FIELD(sss_resampler, first) FIELD(sss_resampler, candidates) FIELD(sss_resampler, exits)                 \
-    FIELD(sss_resampler, independent) FIELD(sss_resampler, next) FIELD(sss_resampler, hits)                  \
-    FIELD(sss_resampler, seed) FIELD(sss_resampler, reservoir)
+    FIELD(sss_resampler, independent) FIELD(sss_resampler, seed) FIELD(sss_resampler, next)                  \
+    FIELD(sss_resampler, exit) FIELD(sss_resampler, origin) FIELD(sss_resampler, direction)                  \
+    FIELD(sss_resampler, length) FIELD(sss_resampler, hits) FIELD(sss_resampler, waiting)                    \
+    FIELD(sss_resampler, hit_position) FIELD(sss_resampler, hit_normal) FIELD(sss_resampler, hit_light)      \
+    FIELD(sss_resampler, hit_exit) FIELD(sss_resampler, reservoir)
 
 #define SSS_LAYOUT_TRACER(SIZE, FIELD)                                                                       \
     SIZE(scene_shape) FIELD(scene_shape, kind) FIELD(scene_shape, rounding) FIELD(scene_shape, area)         \

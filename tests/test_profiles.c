@@ -489,7 +489,7 @@ static double proposal_ratio(const sss_medium *m) {
         double ratio;
         if (m->dipole) exponent = m->sigma[0] * sqrtf(r * r + m->zv[0] * m->zv[0]);
         if (exponent > 69.0f) break;
-        ratio = (double)sssi_profile_unit(m, 0, r * r) / (double)sssi_proposal(m, 0, r * r);
+        ratio = (double)sssi_profile_unit(m, m->dipole, 0, r * r) / (double)sssi_proposal(m, m->dipole, 0, r * r);
         if (!(ratio <= worst)) worst = ratio;
     }
     return worst;
@@ -501,7 +501,7 @@ static double proposal_integral(const sss_medium *m) {
     int i;
     for (i = 0; i < 3000; ++i) {
         double w, y = st_node(-16.0, 24.0, 1000, i, &w), r = z * exp(y);
-        sum += w * 2.0 * ST_PI * r * r * (double)sssi_proposal(m, 0, (float)r * (float)r);
+        sum += w * 2.0 * ST_PI * r * r * (double)sssi_proposal(m, m->dipole, 0, (float)r * (float)r);
     }
     return sum;
 }

@@ -18,8 +18,7 @@ static void check_score(const char *what, double z) {
 static double chi_score(const long *counts, int bins, double n) {
     double sum = 0.0, k = bins - 1.0, expected = n / bins;
     int i;
-    for (i = 0; i < bins; ++i)
-        sum += ((double)counts[i] - expected) * ((double)counts[i] - expected) / expected;
+    for (i = 0; i < bins; ++i) sum += ((double)counts[i] - expected) * ((double)counts[i] - expected) / expected;
     return (cbrt(sum / k) - (1.0 - 2.0 / (9.0 * k))) / sqrt(2.0 / (9.0 * k));
 }
 
@@ -50,8 +49,7 @@ static void test_ends(void **state) {
     assert_true(sssi_unit(0u) > 0.0f && sssi_unit(0xffffffffu) < 1.0f);
     assert_true(sssi_unit(0x1ffu) == sssi_unit(0u) && sssi_unit(0x200u) > sssi_unit(0u));
     assert_true((double)sssi_unit(0u) + (double)sssi_unit(0xffffffffu) == 1.0);
-    assert_true(sssi_open(0.0f) > 0.0f && sssi_open(1.0f) < 1.0f && sssi_open(-1.0f) > 0.0f &&
-                sssi_open(2.0f) < 1.0f);
+    assert_true(sssi_open(0.0f) > 0.0f && sssi_open(1.0f) < 1.0f && sssi_open(-1.0f) > 0.0f && sssi_open(2.0f) < 1.0f);
     assert_true(sssi_open(NAN) > 0.0f && sssi_open(NAN) < 1.0f);
 }
 
@@ -147,13 +145,29 @@ static void test_classes(void **state) {
 
 // ---- Stratified dimensions
 
-// Dimension `dim` of probe k of n; the lookup is at its probe `next`.
-static float dimension(uint32_t seed, int next, int k, int n, uint32_t dim) {
+// Number k of the n of a lattice.
+static float number(uint32_t seed, uint32_t name, int k, int n, int prime) {
     sss_resampler s;
+    sssi_places at;
+    float u[SSS_LANES];
     memset(&s, 0, sizeof s);
+    memset(&at, 0, sizeof at);
     s.seed = seed;
-    s.next = next;
-    return sssi_dimension(&s, k, n, dim);
+    at.name[0] = name;
+    at.k[0] = (float)k;
+    at.n[0] = (float)n;
+    sssi_draw(&s, 1, &at, prime, u);
+    return u[0];
+}
+
+static uint32_t name_of_technique(int technique) { return (uint32_t)technique << 10; }
+static uint32_t name_of_probe(int j) { return (uint32_t)(SSSI_TECHNIQUES + j) << 10; }
+
+// Dimensions 1..9: the seven of a technique and two of another one.
+static const int primes[] = {0,         SSSI_CHANNEL, SSSI_PART,   SSSI_RADIUS, SSSI_TURN,
+                             SSSI_SIDE, SSSI_COSINE,  SSSI_TURN_B, SSSI_RADIUS, SSSI_TURN};
+static float dimension(uint32_t seed, int k, int n, uint32_t dim) {
+    return number(seed, name_of_technique(dim > 7u ? SSSI_CHORD : SSSI_NORMAL), k, n, primes[dim]);
 }
 
 static int compare_floats(const void *a, const void *b) {
@@ -173,7 +187,7 @@ static void test_strata(void **state) {
             for (dim = 1; dim <= 9u; ++dim) {
                 float u[64];
                 double edge = n * 1.2e-7;
-                for (k = 0; k < n; ++k) u[k] = dimension(sss_hash(seed, 3u), k + 1, k, n, dim);
+                for (k = 0; k < n; ++k) u[k] = dimension(sss_hash(seed, 3u), k, n, dim);
                 qsort(u, (size_t)n, sizeof *u, compare_floats);
                 for (k = 0; k < n; ++k) {
                     double x = (double)u[k] * n;
@@ -203,7 +217,7 @@ static void test_strata_are_uniform(void **state) {
             long counts[64] = {0}, inside[32] = {0};
             dim = 1u + (uint32_t)k % 9u;
             for (seed = 0; seed < SEEDS; ++seed) {
-                float u = dimension(sss_hash(seed, 9u), k + 1, k, n, dim);
+                float u = dimension(sss_hash(seed, 9u), k, n, dim);
                 int at = stratum(u, n);
                 ++counts[at];
                 ++inside[stratum(u * (float)n - (float)at, 32)];
@@ -228,8 +242,7 @@ static void test_dimensions_are_independent(void **state) {
                 pairs p = {0, 0, 0, 0, 0, 0};
                 int n = sizes[i], k = (int)(a + b) % n, bins = n == 1 ? 8 : n;
                 for (seed = 0; seed < SEEDS; ++seed) {
-                    float x = dimension(sss_hash(seed, 5u), k + 1, k, n, a),
-                          y = dimension(sss_hash(seed, 5u), k + 1, k, n, b);
+                    float x = dimension(sss_hash(seed, 5u), k, n, a), y = dimension(sss_hash(seed, 5u), k, n, b);
                     add_pair(&p, x, y);
                     ++counts[stratum(x, bins) * bins + stratum(y, bins)];
                 }
@@ -252,8 +265,7 @@ static void test_orders_are_independent(void **state) {
                 int k;
                 for (k = 0; k < 8; ++k) {
                     uint32_t s = sss_hash(seed, 6u);
-                    sum += ((double)dimension(s, k + 1, k, 8, a) - 0.5) *
-                           ((double)dimension(s, k + 1, k, 8, b) - 0.5);
+                    sum += ((double)dimension(s, k, 8, a) - 0.5) * ((double)dimension(s, k, 8, b) - 0.5);
                 }
                 st_add(&slope, sum);
             }
@@ -270,8 +282,8 @@ static void test_independent_probes(void **state) {
         long counts[64] = {0};
         pairs next = {0, 0, 0, 0, 0, 0};
         for (seed = 0; seed < 40000u; ++seed) {
-            float x = dimension(sss_hash(seed, 8u), 1, 0, 1, dim),
-                  y = dimension(sss_hash(seed, 8u), 2, 0, 1, dim);
+            float x = number(sss_hash(seed, 8u), name_of_probe(0), 0, 1, primes[dim]),
+                  y = number(sss_hash(seed, 8u), name_of_probe(1), 0, 1, primes[dim]);
             add_pair(&next, x, y);
             ++counts[stratum(x, 64)];
         }
@@ -282,13 +294,13 @@ static void test_independent_probes(void **state) {
 
 // The number that picks a hit, seen through the pick itself: of two hits of equal weight the second is taken
 // in half of the lookups, whatever radius its probe had. A number that served both would show at once.
-static void pick_against_radius(unsigned technique, uint32_t dim) {
+static void pick_against_radius(unsigned technique, int t, int prime) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
     const sss_vec3 up = {0.0f, 0.0f, 1.0f}, at = {0.3f, 0.0f, 0.0f}, also = {0.0f, 0.3f, 0.0f};
     pairs first = {0, 0, 0, 0, 0, 0}, last = first;
     sss_medium m;
     uint32_t seed;
-    int independent;
+    int independent, k;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
     for (seed = 0; seed < 40000u; ++seed) {
         sss_plan plan;
@@ -302,8 +314,9 @@ static void pick_against_radius(unsigned technique, uint32_t dim) {
         plan.techniques = technique;
         plan.independent = independent;
         assert_int_equal(sss_begin(&s, &m, &plan, up, up, sss_hash(seed, 4u)), SSS_OK);
-        u[0] = dimension(s.seed, 1, 0, independent ? 1 : 2, dim);
-        u[1] = dimension(s.seed, 2, independent ? 0 : 1, independent ? 1 : 2, dim);
+        for (k = 0; k < 2; ++k)
+            u[k] = independent ? number(s.seed, name_of_probe(k), 0, 1, prime)
+                               : number(s.seed, name_of_technique(t), k, 2, prime);
         while (sss_next_probe(&s, &probe)) {
             sss_vec3 p = s.next == 1 ? at : also;
             p.z = 1.0f;
@@ -321,9 +334,9 @@ static void pick_against_radius(unsigned technique, uint32_t dim) {
 
 static void test_pick(void **state) {
     (void)state;
-    pick_against_radius(SSS_DISK, 1u);
-    pick_against_radius(SSS_SPHERE, 3u);
-    pick_against_radius(SSS_CHORD, 5u);
+    pick_against_radius(SSS_DISK, SSSI_NORMAL, SSSI_RADIUS);
+    pick_against_radius(SSS_SPHERE, SSSI_SPHERE, SSSI_COSINE);
+    pick_against_radius(SSS_CHORD, SSSI_CHORD, SSSI_RADIUS);
 }
 
 static int report(void **state) {
