@@ -10,9 +10,11 @@ DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
 TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
 CL_C     := -Icl -Idemos -Ibuild
 CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_kernels.cl
+WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
-PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind
+PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind \
+    libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
@@ -52,6 +54,9 @@ build/sss_cl_source.h: cl/embed.sh $(CL_TEXT) | build
 
 build/render: demos/render.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ -lOpenCL -lstb -lm
+
+build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lstb -lm
 
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
