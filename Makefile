@@ -58,6 +58,9 @@ build/render: demos/render.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resamp
 build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lstb -lm
 
+build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
+	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ $(WINDOW) -lOpenCL -lstb -lm
+
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 

@@ -94,7 +94,8 @@ typedef struct canvas {
     int glyphs_next;
     GLuint disc, using; // the texture of the quads that are being drawn; 0: none are
     canvas_event event[CANVAS_EVENTS];
-    int event_first, event_count;
+    int event_first, event_count, polls;
+    double answered, longest;                // seconds: when events were last taken, the longest time between
     canvas_control control[CANVAS_CONTROLS]; // of this frame
     int controls;
 } canvas;
@@ -290,14 +291,22 @@ static inline void canvas_begin(canvas *c, unsigned background) {
     c->controls = 0;
 }
 
-// Shows the frame, then waits this long for events, or less when one comes.
-static inline void canvas_end(canvas *c, double wait) {
-    canvas_use(c, 0);
-    glfwSwapBuffers(c->window);
+// Takes the events that are there, or waits this long for one; whether there are any. Call it often: how long the
+// window went without an answer is kept.
+static inline int canvas_poll(canvas *c, double wait) {
+    double gap = glfwGetTime() - c->answered;
+    if (c->polls++ > 1 && gap > c->longest) c->longest = gap; // the first frame sets up more than others
     if (wait > 0.0)
         glfwWaitEventsTimeout(wait);
     else
         glfwPollEvents();
+    c->answered = glfwGetTime();
+    return c->event_count > 0 || canvas_closing(c);
+}
+
+static inline void canvas_show(canvas *c) {
+    canvas_use(c, 0);
+    glfwSwapBuffers(c->window);
 }
 
 // What is drawn so far, as a PNG: NULL, or a reason to print after the file's name.
