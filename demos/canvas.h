@@ -70,7 +70,7 @@ typedef enum canvas_kind { CANVAS_KEY, CANVAS_PRESS, CANVAS_RELEASE, CANVAS_MOVE
 
 typedef struct canvas_event {
     canvas_kind kind;
-    int code;   // the character of a key, the number of a mouse button
+    int code;   // the character of a key (a letter as a capital), the number of a mouse button
     float x, y; // the mouse in sheet units, or how far the wheel went (y)
 } canvas_event;
 
@@ -122,7 +122,8 @@ static inline void canvas_push_mouse(GLFWwindow *window, canvas_kind kind, int c
 }
 
 static inline void canvas_on_character(GLFWwindow *window, unsigned code) {
-    canvas_push(window, CANVAS_KEY, (int)code, 0.0, 0.0);
+    int small = code >= 'a' && code <= 'z'; // letters are keys, and count as capitals
+    canvas_push(window, CANVAS_KEY, (int)code - (small ? 'a' - 'A' : 0), 0.0, 0.0);
 }
 static inline void canvas_on_key(GLFWwindow *window, int key, int scancode, int action, int modifiers) {
     (void)scancode, (void)modifiers;

@@ -98,13 +98,6 @@ static inline const char *parse_word(const char *option, const char *value, cons
     return NULL;
 }
 
-// Where a known name stands in a list.
-static inline int index_of(const char *const *names, const char *name) {
-    int i = 0;
-    while (strcmp(names[i], name) != 0) i++;
-    return i;
-}
-
 // `size` scales the mean free paths that come with the scene.
 static inline void load_scene(scene *s, const char *name, const char *profile, float size) {
     scenes_optics optics;

@@ -3,9 +3,8 @@
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "exit_points"
-#include "canvas.h"
-#include "command.h"
 #include "tracer.h"
+#include "window.h"
 
 #define POINTS      500        // shown in each pane
 #define LOOKUPS     40000      // behind each histogram
@@ -25,39 +24,21 @@
 
 static const char usage[] =
     "usage: exit_points [options]\n"
-    "Light enters an object at one point. Shows the exits that probes of each technique find there, coloured by how "
-    "much\n"
-    "each counts, and the exits that resampling picks from them.\n"
-    "\n"
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
-    "  --profile NAME     burley (default), dipole, better-dipole\n"
-    "  --dmfp-scale X     multiplies the scene's mean free paths (2)\n"
-    "  --candidates M     probes of each resampled lookup (8)\n"
+    "Light enters an object at one point. Shows the exits that probes of each technique find there, coloured\n"
+    "by how much each counts, and the exits that resampling picks from them.\n"
+    "\n" WINDOW_HELP_SCENE "  --dmfp-scale X     multiplies the scene's mean free paths (2)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord, mixed and resampled; default: the library's mix\n"
-    "  --seed S           0..4294967295 (1)\n"
     "  --turn DEGREES     where the camera stands to begin with (-24)\n"
     "  --still            do not turn the object\n"
-    "  --probes           show the probes of a few candidates\n"
-    "  --size WxH         window or picture size in pixels (1280x720)\n"
-    "  --png FILE         where key W saves a picture (exit_points.png)\n"
-    "  --headless         no window: write the picture and end\n"
-    "  --help\n"
-    "\n"
-    "The window lists its keys.\n";
+    "  --probes           show the probes of a few candidates\n" WINDOW_HELP_FILES;
 
 enum { DISK, SPHERE, CHORD, MIX, PICKED, PANES };
 
-static const char *const scene_names[] = {"bear", "sphere", "slab", "corner", "needles"};
 static const char *const object_names[] = {"bear", "sphere", "pane", "corner", "needle"};
-static const char *const profile_names[] = {"burley", "dipole", "better-dipole"};
 
-#define PAGE   0x12151bffu
-#define PANE   0x1b2029ffu
-#define EDGE   0x39424fffu
-#define CHOSEN 0xffb454ffu // what resampling gives, and the truth that it is held against
-#define TEXT   0xf2f4f8ffu
-#define QUIET  0xa9b3c1ffu
-#define BAR    0x6f86a6ffu
+#define PANE 0x1b2029ffu
+#define EDGE 0x39424fffu
+#define BAR  0x6f86a6ffu
 
 typedef struct point {
     sss_vec3 position;
@@ -74,11 +55,10 @@ typedef struct pane {
 } pane;
 
 typedef struct exit_points {
-    int scene, profile, candidates, headless, probes, paused, width, height;
+    window w;
+    int probes, paused;
     unsigned techniques;
-    uint32_t seed;
     float dmfp, turn, tilt, zoom, distance;
-    const char *png;
     scene s;
     sss_vec3 entry, normal;
     float reach; // of the histograms
@@ -92,7 +72,6 @@ typedef struct exit_points {
     GLuint texture;
     int turning, moving; // by the mouse: the view, the entry
     float mouse_x, mouse_y;
-    char note[160];
 } exit_points;
 
 // ---- Lookups
@@ -141,7 +120,7 @@ static float trace(exit_points *e, pane *p, sss_resampler *r, const sss_probe *p
 }
 
 static void begin(const exit_points *e, int which, sss_resampler *r, uint32_t lookup) {
-    uint32_t key = sss_hash(e->seed, (uint32_t)which);
+    uint32_t key = sss_hash(e->w.seed, (uint32_t)which);
     sss_begin(r, &e->s.medium, &e->pane[which].plan, e->entry, e->normal, sss_hash(key, lookup));
 }
 
@@ -200,11 +179,11 @@ static void restart(exit_points *e) {
     memset(e->truth, 0, sizeof e->truth);
     e->truth_sum = 0.0;
     e->truths = 0;
-    e->truth_random = tracer_random_begin(e->seed, 0x74727574u, 0);
+    e->truth_random = tracer_random_begin(e->w.seed, 0x74727574u, 0);
     for (int i = 0; i < PANES; i++) {
         sss_plan *plan = &e->pane[i].plan;
         plan->techniques = i < MIX ? technique[i] : e->techniques;
-        plan->candidates = i == PICKED ? e->candidates : 1;
+        plan->candidates = i == PICKED ? e->w.candidates : 1;
         plan->independent = i != PICKED;
     }
     for (e->reach = 0.01f; within < 0.96f && e->reach < 100.0f; e->reach *= 1.05f) {
@@ -235,13 +214,13 @@ static scene_hit see(const exit_points *e, float width, float height, float x, f
     return scene_nearest(&e->s, e->s.eye, *direction, SCENE_NOTHING);
 }
 
-// Where the camera sees a point, in the same coordinates; returns whether the object hides it.
-static int project(const exit_points *e, float width, float height, sss_vec3 position, float *x, float *y) {
+// Where in a box the camera sees a point; returns whether the object hides it.
+static int project(const exit_points *e, box b, sss_vec3 position, float *x, float *y) {
     sss_vec3 d = scene_sub(position, e->s.eye);
-    float depth = scene_dot(d, e->s.forward), side = fit(width, height), length = scene_sqrt(scene_dot(d, d));
+    float depth = scene_dot(d, e->s.forward), side = fit(b.width, b.height), length = scene_sqrt(scene_dot(d, d));
     float inverse = side / (depth * scene_dot(e->s.right, e->s.right));
-    *x = 0.5f * (width + scene_dot(d, e->s.right) * inverse);
-    *y = 0.5f * (height - scene_dot(d, e->s.up) * inverse);
+    *x = b.x + 0.5f * (b.width + scene_dot(d, e->s.right) * inverse);
+    *y = b.y + 0.5f * (b.height - scene_dot(d, e->s.up) * inverse);
     return scene_nearest(&e->s, e->s.eye, scene_scale(d, 1.0f / length), SCENE_NOTHING).t < length - 2e-3f;
 }
 
@@ -250,7 +229,7 @@ static void find_entry(exit_points *e) {
     static const float at[5][2] = {{0.57f, 0.53f}, {0.5f, 0.45f}, {0.55f, 0.45f}, {0.5f, 0.56f}, {0.5f, 0.5f}};
     sss_vec3 direction;
     for (float shift = 0.0f; shift < 0.3f; shift += 0.01f) { // needles: to the side until one is met
-        scene_hit hit = see(e, 1.0f, 1.0f, at[e->scene][0] + shift, at[e->scene][1], &direction);
+        scene_hit hit = see(e, 1.0f, 1.0f, at[e->w.scene][0] + shift, at[e->w.scene][1], &direction);
         if (hit.shape < 0) continue;
         e->entry = scene_along(e->s.eye, direction, hit.t);
         e->normal = scene_normal(&e->s.shape[hit.shape], e->entry);
@@ -260,12 +239,12 @@ static void find_entry(exit_points *e) {
 
 static void open_scene(exit_points *e) {
     static const float zoom[5] = {15.2f, 19.0f, 20.0f, 20.5f, 19.0f};
-    load_scene(&e->s, scene_names[e->scene], profile_names[e->profile], e->dmfp);
+    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
     sss_vec3 arm = scene_sub(e->s.eye, scene_vec(0.0f, VIEW_CENTRE, 0.0f));
     e->distance = scene_sqrt(scene_dot(arm, arm));
     find_entry(e);
     e->tilt = 14.0f;
-    e->zoom = zoom[e->scene];
+    e->zoom = zoom[e->w.scene];
     aim(e);
     restart(e);
 }
@@ -318,10 +297,6 @@ static void upload(exit_points *e, canvas *c) {
 
 // ---- Drawing
 
-typedef struct box {
-    float x, y, width, height;
-} box;
-
 // Where a pane's picture is; the last stands apart.
 static box pane_box(const canvas *c, int which) {
     const float gap = 12.0f, apart = 24.0f;
@@ -333,13 +308,14 @@ static box pane_box(const canvas *c, int which) {
     return b;
 }
 
-// From the mixed candidates to the resampled ones.
-static void draw_arrow(canvas *c) {
-    const box a = pane_box(c, MIX), b = pane_box(c, PICKED);
-    float from = a.x + a.width + 7.0f, to = b.x - 8.0f, y = a.y + 0.5f * a.height;
-    canvas_line(c, from, y, to, y, 3.0f, CHOSEN);
-    canvas_line(c, to, y, to - 8.0f, y - 7.0f, 3.0f, CHOSEN);
-    canvas_line(c, to, y, to - 8.0f, y + 7.0f, 3.0f, CHOSEN);
+static void draw_arrow(canvas *c, float x0, float y0, float x1, float y1, unsigned colour) {
+    float dx = x1 - x0, dy = y1 - y0, length = sqrtf(dx * dx + dy * dy);
+    if (length < 6.0f) return; // it points at the eye
+    dx *= 8.0f / length;
+    dy *= 8.0f / length;
+    canvas_line(c, x0, y0, x1, y1, 2.4f, colour);
+    canvas_line(c, x1, y1, x1 - dx + 0.7f * dy, y1 - dy - 0.7f * dx, 2.4f, colour);
+    canvas_line(c, x1, y1, x1 - dx - 0.7f * dy, y1 - dy + 0.7f * dx, 2.4f, colour);
 }
 
 // From a quarter of the mean to four times it.
@@ -353,10 +329,10 @@ static void draw_points(const exit_points *e, canvas *c, const pane *p, box b) {
     for (int front = 0; front < 2; front++) {
         for (int i = 0; i < p->count; i++) {
             float x, y;
-            if (project(e, b.width, b.height, p->shown[i].position, &x, &y) == front) continue;
+            if (project(e, b, p->shown[i].position, &x, &y) == front) continue;
             unsigned colour = weight_colour((double)p->shown[i].weight / mean);
-            if (front) canvas_point(c, b.x + x, b.y + y, 3.4f, 0x00000080);
-            canvas_point(c, b.x + x, b.y + y, front ? 2.7f : 2.0f, front ? colour : (colour & ~255u) | 70u);
+            if (front) canvas_point(c, x, y, 3.4f, 0x00000080);
+            canvas_point(c, x, y, front ? 2.7f : 2.0f, front ? colour : (colour & ~255u) | 70u);
         }
     }
 }
@@ -377,9 +353,9 @@ static void draw_probe(const exit_points *e, canvas *c, box b, const sss_probe *
     if (slope > 0.0f) from = scene_max(from, (nearest - depth) / slope);
     if (slope < 0.0f) to = scene_min(to, (nearest - depth) / slope);
     if (!(from < to)) return;
-    project(e, b.width, b.height, scene_along(probe->origin, probe->direction, from), &x0, &y0);
-    project(e, b.width, b.height, scene_along(probe->origin, probe->direction, to), &x1, &y1);
-    canvas_line(c, b.x + x0, b.y + y0, b.x + x1, b.y + y1, 1.5f, 0xffffffa0u);
+    project(e, b, scene_along(probe->origin, probe->direction, from), &x0, &y0);
+    project(e, b, scene_along(probe->origin, probe->direction, to), &x1, &y1);
+    canvas_line(c, x0, y0, x1, y1, 1.5f, 0xffffffa0u);
 }
 
 // The probes of a few lookups, or those of one that is resampled, with their hits and the one that is picked.
@@ -399,39 +375,25 @@ static void draw_probes(exit_points *e, canvas *c, int which, box b) {
             for (int i = 0; i < hits.count; i++) {
                 sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
                 float weight = weigh(e, &r, at, scene_normal(&e->s.shape[hits.hit[i].shape], at));
-                project(e, b.width, b.height, at, &x, &y);
-                canvas_point(c, b.x + x, b.y + y, 5.2f, 0xffffffffu);
-                canvas_point(c, b.x + x, b.y + y, 4.2f, weight_colour((double)weight / mean));
+                project(e, b, at, &x, &y);
+                canvas_point(c, x, y, 5.2f, 0xffffffffu);
+                canvas_point(c, x, y, 4.2f, weight_colour((double)weight / mean));
             }
         }
         if (which != PICKED || !sss_finish(&r, &exit)) continue;
-        project(e, b.width, b.height, exit.position, &x, &y);
-        draw_ring(c, b.x + x, b.y + y, 10.0f, 3.0f, CHOSEN);
+        project(e, b, exit.position, &x, &y);
+        draw_ring(c, x, y, 10.0f, 3.0f, CHOSEN);
     }
 }
 
 // An arrow along the normal into a ring.
 static void draw_entry(const exit_points *e, canvas *c, box b) {
-    float x, y, fx, fy;
-    int hidden = project(e, b.width, b.height, e->entry, &x, &y);
-    project(e, b.width, b.height, scene_along(e->entry, e->normal, 0.45f), &fx, &fy);
-    unsigned colour = hidden ? 0xffffff50 : 0xffffffff;
-    x += b.x, y += b.y, fx += b.x, fy += b.y;
-    float dx = x - fx, dy = y - fy, length = sqrtf(dx * dx + dy * dy);
-    float ux = length > 0.0f ? dx / length : 0.0f, uy = length > 0.0f ? dy / length : 1.0f;
-    float tx = x - 8.0f * ux, ty = y - 8.0f * uy;
+    float x, y, from_x, from_y, to_x, to_y;
+    unsigned colour = project(e, b, e->entry, &x, &y) ? 0xffffff50u : 0xffffffffu;
+    project(e, b, scene_along(e->entry, e->normal, 0.45f), &from_x, &from_y);
+    project(e, b, scene_along(e->entry, e->normal, 0.08f), &to_x, &to_y);
     draw_ring(c, x, y, 7.0f, 2.2f, colour);
-    if (length < 14.0f) return;
-    canvas_line(c, fx, fy, tx, ty, 2.2f, colour);
-    canvas_line(c, tx, ty, tx - 9.0f * ux + 5.0f * uy, ty - 9.0f * uy - 5.0f * ux, 2.2f, colour);
-    canvas_line(c, tx, ty, tx - 9.0f * ux - 5.0f * uy, ty - 9.0f * uy + 5.0f * ux, 2.2f, colour);
-}
-
-static void draw_frame(canvas *c, box b, unsigned colour, float wide) {
-    canvas_rectangle(c, b.x - wide, b.y - wide, b.width + 2.0f * wide, wide, colour);
-    canvas_rectangle(c, b.x - wide, b.y + b.height, b.width + 2.0f * wide, wide, colour);
-    canvas_rectangle(c, b.x - wide, b.y, wide, b.height, colour);
-    canvas_rectangle(c, b.x + b.width, b.y, wide, b.height, colour);
+    draw_arrow(c, from_x, from_y, to_x, to_y, colour);
 }
 
 // A step for an axis of this length: 1, 2 or 5 times a power of ten, some four to the axis.
@@ -497,9 +459,11 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
     const pane *p = &e->pane[which];
     char text[96];
     int chosen = which == PICKED;
-    snprintf(text, sizeof text, "resampled: 1 of %d", e->candidates);
+    float edge = chosen ? 2.0f : 1.0f;
+    snprintf(text, sizeof text, "resampled: 1 of %d", e->w.candidates);
     canvas_text(c, b.x, b.y - 27.0f, 21.0f, CANVAS_LEFT, chosen ? CHOSEN : TEXT, chosen ? text : title[which]);
     canvas_text(c, b.x, b.y - 8.0f, 14.5f, CANVAS_LEFT, QUIET, which == MIX ? technique_names(e, text) : how[which]);
+    canvas_rectangle(c, b.x - edge, b.y - edge, b.width + 2.0f * edge, b.height + 2.0f * edge, chosen ? CHOSEN : EDGE);
     canvas_rectangle(c, b.x, b.y, b.width, b.height, PANE);
     canvas_clip(c, b.x, b.y, b.width, b.height);
     canvas_image(c, e->texture, at, uv, 0xffffffff);
@@ -509,7 +473,6 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
         draw_points(e, c, p, b);
     draw_entry(e, c, b);
     canvas_unclip(c);
-    draw_frame(c, b, chosen ? CHOSEN : EDGE, chosen ? 2.0f : 1.0f);
     snprintf(text, sizeof text, chosen ? "%d points, %.0f %% of lookups miss" : "%d points, %.0f %% of probes miss",
              p->count, 100.0 * p->misses / (p->lookups + 1e-9));
     canvas_text(c, b.x, b.y + b.height + 20.0f, 14.5f, CANVAS_LEFT, QUIET, text);
@@ -519,103 +482,91 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
     draw_histogram(e, c, which, h, top);
 }
 
-static void draw_colour_bar(canvas *c, float x, float y) {
+static void draw_colours(canvas *c, float x, float y) {
     static const char *const label[5] = {"1/4", "1/2", "1", "2", "4"};
-    for (int i = 0; i < 240; i++) {
-        canvas_rectangle(c, x + (float)i, y, 1.2f, 14.0f, canvas_scale((float)i / 239.0f));
-    }
+    canvas_text(c, x, y - 8.0f, 15.0f, CANVAS_LEFT, TEXT, "how much a point counts");
+    window_colour_bar(c, x, y, 240.0f, 14.0f);
     for (int i = 0; i < 5; i++) {
         canvas_text(c, x + 60.0f * (float)i, y + 29.0f, 13.5f, CANVAS_CENTRE, QUIET, label[i]);
     }
-    canvas_text(c, x, y - 8.0f, 15.0f, CANVAS_LEFT, TEXT, "how much a point counts");
 }
 
-static void draw_keys(const exit_points *e, canvas *c, float y) {
+static void draw_keys(exit_points *e, canvas *c, float y) {
     char text[64], names[64];
-    float x = MARGIN;
-    snprintf(text, sizeof text, "scene: %s", scene_names[e->scene]);
-    x = canvas_key(c, x, y, 'S', text);
-    snprintf(text, sizeof text, "profile: %s", profile_names[e->profile]);
-    x = canvas_key(c, x, y, 'F', text);
+    float x = window_first_keys(&e->w, MARGIN, y);
     x = canvas_key(c, x, y, '[', "");
     snprintf(text, sizeof text, "dmfp \xc3\x97%.3g", (double)e->dmfp);
     x = canvas_key(c, x, y, ']', text);
-    x = canvas_key(c, x, y, '-', "");
-    snprintf(text, sizeof text, "M: %d", e->candidates);
-    x = canvas_key(c, x, y, '+', text);
     for (int i = 0; i < 3; i++) x = canvas_key(c, x, y, '1' + i, "");
-    snprintf(text, sizeof text, "%s", e->techniques ? technique_names(e, names) : "disk tangents sphere chord");
-    x = canvas_key(c, x, y, '4', text);
+    x = canvas_key(c, x, y, '4', e->techniques ? technique_names(e, names) : "disk tangents sphere chord");
     x = canvas_key(c, x, y, 'P', e->probes ? "points" : "probes");
     x = canvas_key(c, x, y, ' ', e->paused ? "turn" : "pause");
-    x = canvas_key(c, x, y, 'W', "save");
-    canvas_key(c, x, y, 'Q', "quit");
-    canvas_text(c, MARGIN, y - 24.0f, 13.0f, CANVAS_LEFT, e->note[0] ? TEXT : QUIET,
-                e->note[0] ? e->note
-                           : "Press on the object to move the entry; drag beside it or with the right button to turn; "
-                             "wheel to zoom. Click on a key or press it:");
+    window_last_keys(&e->w, x, y);
+    canvas_text(c, MARGIN, y - 24.0f, 13.0f, CANVAS_LEFT, e->w.note[0] ? TEXT : QUIET,
+                e->w.note[0]
+                    ? e->w.note
+                    : "Press on the object to move the entry; drag beside it or with the right button to turn; "
+                      "wheel to zoom. Press a key, or click on it here:");
 }
 
-static void draw_text(const exit_points *e, canvas *c) {
+// What the numbers are, where there is no window and so no keys.
+static void draw_small_print(const exit_points *e, canvas *c, float y) {
+    char text[256];
+    snprintf(text, sizeof text,
+             "%d lookups behind each histogram, points counted without their weight. The curve: brute force over the "
+             "surface, mean of the three colours.",
+             LOOKUPS);
+    canvas_text(c, MARGIN, y, 13.0f, CANVAS_LEFT, QUIET, text);
+    snprintf(text, sizeof text,
+             "Worth: 100 (sum w)\xc2\xb2 / (n sum w\xc2\xb2), w the weight that one of n lookups finds. Profile %s, "
+             "the scene's "
+             "mean free paths \xc3\x97%.3g, seed %u.",
+             window_profile[e->w.profile], (double)e->dmfp, e->w.seed);
+    canvas_text(c, MARGIN, y + 18.0f, 13.0f, CANVAS_LEFT, QUIET, text);
+}
+
+static void draw_text(exit_points *e, canvas *c) {
     char text[256];
     float low = c->height - FOOTER + 32.0f;
-    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", object_names[e->scene]);
+    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", object_names[e->w.scene]);
     canvas_text(c, MARGIN, 37.0f, 28.0f, CANVAS_LEFT, TEXT, text);
-    canvas_text(
-        c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
-        "Probe rays find candidates: too many in some places, too few in others. The colour is how much each must "
-        "count to make up for it.");
-    snprintf(
-        text, sizeof text,
-        "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light leaves, and counts "
-        "nearly alike.",
-        e->candidates);
+    canvas_text(c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
+                "Probe rays find candidates: too many in some places, too few in others. The colour is how much each "
+                "must count to make up for it.");
+    snprintf(text, sizeof text,
+             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light leaves, and "
+             "counts nearly alike.",
+             e->w.candidates);
     canvas_text(c, MARGIN, 83.0f, 16.0f, CANVAS_LEFT, QUIET, text);
-    draw_colour_bar(c, c->width - 258.0f, 40.0f);
+    draw_colours(c, c->width - 258.0f, 40.0f);
     canvas_text(c, MARGIN, low, 14.0f, CANVAS_LEFT, QUIET, "distance from the entry (the object is about 2 high)");
     canvas_rectangle(c, 560.0f, low - 11.0f, 14.0f, 11.0f, BAR);
     canvas_text(c, 581.0f, low, 14.0f, CANVAS_LEFT, QUIET, "share of the points");
     canvas_rectangle(c, 760.0f, low - 6.0f, 22.0f, 2.5f, CHOSEN);
     canvas_text(c, 790.0f, low, 14.0f, CANVAS_LEFT, QUIET,
                 "share of the light: 2\xcf\x80r Rd(r), integrated over this object");
-    if (!e->headless) {
+    if (e->w.headless)
+        draw_small_print(e, c, low + 26.0f);
+    else
         draw_keys(e, c, c->height - 14.0f);
-        return;
-    }
-    snprintf(text, sizeof text,
-             "%d lookups behind each histogram, points counted without their weight. The curve: brute force over the "
-             "surface, mean of the three colours.",
-             LOOKUPS);
-    canvas_text(c, MARGIN, low + 26.0f, 13.0f, CANVAS_LEFT, QUIET, text);
-    snprintf(text, sizeof text,
-             "Worth: 100 (sum w)\xc2\xb2 / (n sum w\xc2\xb2), w the weight that a lookup finds. Profile %s, mean free "
-             "paths of "
-             "the scene \xc3\x97%.3g, seed %u.",
-             profile_names[e->profile], (double)e->dmfp, e->seed);
-    canvas_text(c, MARGIN, low + 44.0f, 13.0f, CANVAS_LEFT, QUIET, text);
 }
 
 static void draw(exit_points *e, canvas *c) {
     double top = 0.0;
     canvas_begin(c, PAGE);
     const box b = pane_box(c, 0);
-    for (int k = 0; k < (e->headless ? PASSES : 1); k++) cast(e, b.width, b.height, c->unit);
+    for (int k = 0; k < (e->w.headless ? PASSES : 1); k++) cast(e, b.width, b.height, c->unit);
     upload(e, c);
     for (int i = 0; i < BINS; i++) top = e->truth[i] > top ? e->truth[i] : top;
     top = 1.5 * top / (e->truth_sum + 1e-9) + 1e-6;
     for (int i = 0; i < PANES; i++) draw_pane(e, c, i, top);
-    draw_arrow(c);
+    const box from = pane_box(c, MIX), to = pane_box(c, PICKED);
+    float y = from.y + 0.5f * from.height;
+    draw_arrow(c, from.x + from.width + 6.0f, y, to.x - 9.0f, y, CHOSEN);
     draw_text(e, c);
 }
 
 // ---- The window
-
-static void save(exit_points *e, canvas *c) {
-    const char *wrong = canvas_save(c, e->png);
-    if (wrong && e->headless) fail(1, "cannot write %s: %s", e->png, wrong);
-    snprintf(e->note, sizeof e->note, wrong ? "cannot write %s: %s" : "wrote %s", e->png, wrong);
-    puts(e->note);
-}
 
 // Moves the entry to where the mouse is; 0 when that is beside the object.
 static int move_entry(exit_points *e, const canvas *c, float x, float y) {
@@ -641,40 +592,23 @@ static void toggle(exit_points *e, unsigned technique) {
 }
 
 static void set_medium(exit_points *e) {
-    load_scene(&e->s, scene_names[e->scene], profile_names[e->profile], e->dmfp);
+    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
     aim(e);
     restart(e);
 }
 
-static void set_candidates(exit_points *e, int candidates) {
-    if (candidates < 1 || candidates > SSS_MAX_CANDIDATES) return;
-    e->candidates = candidates;
-    restart(e);
-}
-
 // Returns 0 for the key that ends the program.
-static int press_key(exit_points *e, canvas *c, int code) {
-    e->note[0] = '\0';
-    if (code >= 'a' && code <= 'z') code -= 'a' - 'A';
-    switch (code) {
-    case 'S': e->scene = (e->scene + 1) % 5, open_scene(e); break;
-    case 'F': e->profile = (e->profile + 1) % 3, set_medium(e); break;
-    case '[': e->dmfp = e->dmfp > 0.05f ? e->dmfp / STEP : e->dmfp, set_medium(e); break;
-    case ']': e->dmfp = e->dmfp < 20.0f ? e->dmfp * STEP : e->dmfp, set_medium(e); break;
-    case '-': set_candidates(e, e->candidates / 2); break;
-    case '+':
-    case '=': set_candidates(e, e->candidates * 2); break;
-    case '1':
-    case '2':
-    case '3':
-    case '4': toggle(e, 1u << (code - '1')); break;
-    case 'P': e->probes = !e->probes; break;
-    case ' ': e->paused = !e->paused; break;
-    case 'W': save(e, c); break;
-    case 'Q': return 0;
-    default: break;
-    }
-    return 1;
+static int press_key(exit_points *e, int code) {
+    window_change change = window_key(&e->w, code);
+    if (change == WINDOW_SCENE) open_scene(e);
+    if (change == WINDOW_PROFILE) set_medium(e);
+    if (change == WINDOW_CANDIDATES) restart(e);
+    if (code == '[' && e->dmfp > 0.05f) e->dmfp /= STEP, set_medium(e);
+    if (code == ']' && e->dmfp < 20.0f) e->dmfp *= STEP, set_medium(e);
+    if (code >= '1' && code <= '4') toggle(e, 1u << (code - '1'));
+    if (code == 'P') e->probes = !e->probes;
+    if (code == ' ') e->paused = !e->paused;
+    return change != WINDOW_QUIT;
 }
 
 static int handle(exit_points *e, canvas *c) {
@@ -682,7 +616,7 @@ static int handle(exit_points *e, canvas *c) {
     while (canvas_next_event(c, &event)) {
         switch (event.kind) {
         case CANVAS_KEY:
-            if (!press_key(e, c, event.code)) return 0;
+            if (!press_key(e, event.code)) return 0;
             break;
         case CANVAS_PRESS:
             e->moving = event.code == 0 && move_entry(e, c, event.x, event.y);
@@ -730,67 +664,41 @@ static void run(exit_points *e, canvas *c) {
 
 // ---- Command line
 
-static int parse_flag(exit_points *e, const char *name) {
-    if (strcmp(name, "--probes") == 0) {
-        e->probes = 1;
-    } else if (strcmp(name, "--still") == 0) {
-        e->paused = 1;
-    } else if (strcmp(name, "--headless") == 0) {
-        e->headless = 1;
-    } else if (strcmp(name, "--help") == 0) {
-        fputs(usage, stdout);
-        exit(fflush(stdout) == 0 ? 0 : 1);
-    } else {
-        return 0;
+// How many words the option takes.
+static int parse_option(exit_points *e, const char *name, const char *value) {
+    static const char *const names[] = {"--dmfp-scale", "--techniques", "--turn"};
+    int taken = window_option(&e->w, usage, name, value);
+    if (taken) return taken;
+    if (strcmp(name, "--probes") == 0) return e->probes = 1;
+    if (strcmp(name, "--still") == 0) return e->paused = 1;
+    switch (option_index(names, 3, name, value)) {
+    case 0: e->dmfp = (float)parse_real(name, value, 0.01, 100.0); break;
+    case 1: e->techniques = parse_techniques(value); break;
+    case 2: e->turn = (float)parse_real(name, value, -360.0, 360.0); break;
+    default: fail(2, "unknown option '%s'; --help lists what there is", name);
     }
-    return 1;
-}
-
-static void parse_value(exit_points *e, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--profile", "--dmfp-scale", "--candidates", "--techniques",
-                                        "--seed",  "--turn",    "--size",       "--png"};
-    size_t i = 0, count = sizeof names / sizeof *names;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i == count) fail(2, "unknown option '%s'; --help lists what there is", name);
-    if (!value) fail(2, "%s wants a value", name);
-    switch (i) {
-    case 0: e->scene = index_of(scene_names, parse_word(name, value, "bear sphere slab corner needles")); break;
-    case 1: e->profile = index_of(profile_names, parse_word(name, value, "burley dipole better-dipole")); break;
-    case 2: e->dmfp = (float)parse_real(name, value, 0.01, 100.0); break;
-    case 3: e->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 4: e->techniques = parse_techniques(value); break;
-    case 5: e->seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 6: e->turn = (float)parse_real(name, value, -360.0, 360.0); break;
-    case 7: parse_size(value, &e->width, &e->height); break;
-    default: e->png = value; break;
-    }
+    return 2;
 }
 
 int main(int count, char **words) {
     static exit_points e;
-    static canvas c;
+    canvas *c = &e.w.c;
+    window_defaults(&e.w);
     e.dmfp = 2.0f;
     e.turn = -24.0f;
-    e.candidates = 8;
-    e.seed = 1;
-    e.width = 1280;
-    e.height = 720;
-    e.png = "exit_points.png";
-    for (int i = 1; i < count; i++) {
-        if (!parse_flag(&e, words[i])) parse_value(&e, words[i], i + 1 < count ? words[i + 1] : NULL), i++;
-    }
-    const char *wrong = image_check_writable(e.png);
-    if (wrong) fail(2, "cannot write %s: %s", e.png, wrong);
+    for (int i = 1; i < count;) i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
+    const char *wrong = image_check_writable(e.w.png);
+    if (wrong) fail(2, "cannot write %s: %s", e.w.png, wrong);
     open_scene(&e);
-    wrong = canvas_open(&c, "exit points", e.headless, e.width, e.height, 1280.0f, 720.0f);
-    if (!wrong && e.headless) {
+    wrong = canvas_open(c, "exit points", e.w.headless, e.w.width, e.w.height, 1280.0f, 720.0f);
+    if (!wrong && e.w.headless) {
         work(&e, 1e30);
-        draw(&e, &c);
-        save(&e, &c);
+        draw(&e, c);
+        window_save(&e.w);
     } else if (!wrong) {
-        run(&e, &c);
+        run(&e, c);
     }
-    canvas_close(&c);
+    canvas_close(c);
     free(e.rays);
     free(e.rgba);
     if (wrong) fail(3, "%s", wrong);

@@ -5,9 +5,8 @@
 #include <pthread.h>
 
 #define COMMAND "noise"
-#include "canvas.h"
-#include "command.h"
 #include "device.h"
+#include "window.h"
 
 #define WIDTH   300 // of the picture in pixels; shown twice as large
 #define HEIGHT  260
@@ -18,36 +17,17 @@
 #define TOP     96.0f // of the pictures
 #define FOOTER  104.0f
 
-#define PAGE   0x12151bffu
-#define TEXT   0xf2f4f8ffu
-#define QUIET  0xa9b3c1ffu
-#define CHOSEN 0xffb454ffu
-
 static const char usage[] =
     "usage: noise [options]\n"
     "Renders a scene twice at the same price: plain on the left, resampled on the right, and the error of both.\n"
-    "\n"
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
-    "  --profile NAME     burley (default), dipole, better-dipole\n"
-    "  --candidates M     probes of each resampled lookup (8)\n"
-    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "\n" WINDOW_HELP_SCENE "  --light-aware      tell the library a guess of the light at each candidate\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
-    "  --seed S           0..4294967295 (1)\n"
     "  --against FILE     measure the error against this PFM, whose size the pictures take\n"
-    "  --size WxH         window or picture size in pixels (1280x720)\n"
-    "  --png FILE         where key W saves a picture (noise.png)\n"
-    "  --headless         no window: render, write the picture and end\n"
     "  --spp N            headless: samples a pixel of the resampled half (4)\n"
-    "  --reference N      headless: samples a pixel of the reference (48)\n"
-    "  --help\n"
-    "\n"
-    "The window lists its keys.\n";
+    "  --reference N      headless: samples a pixel of the reference (48)\n" WINDOW_HELP_FILES;
 
 enum { PLAIN, RESAMPLED, HALF, OTHER_HALF, RUNS }; // the last two: a reference in two halves with independent noise
-
-static const char *const scene_names[] = {"bear", "sphere", "slab", "corner", "needles"};
-static const char *const profile_names[] = {"burley", "dipole", "better-dipole"};
 
 // A picture that grows, pass by pass of one sample a pixel, each from the top row to the bottom.
 typedef struct run {
@@ -62,9 +42,10 @@ typedef struct run {
 } run;
 
 typedef struct noise {
-    int scene, profile, candidates, light_aware, same_time, headless, width, height;
-    uint32_t seed, spp, reference;
-    const char *png, *against, *device;
+    window w;
+    int light_aware, same_time;
+    uint32_t spp, reference;
+    const char *against, *device;
     scene s;
     run run[RUNS];
     unsigned char *mask;
@@ -79,7 +60,6 @@ typedef struct noise {
     sss_cl_result open_result;
     float divider; // 0..1
     int dragging, changed;
-    char note[SSS_CL_MAX_ERROR];
 } noise;
 
 // ---- Rendering in slices
@@ -97,8 +77,8 @@ static void restart(noise *n, int reference_too) {
         tracer_settings *settings = &n->run[i].settings;
         settings->method = i == PLAIN ? TRACER_PLAIN : i == RESAMPLED ? TRACER_RESAMPLED : TRACER_REFERENCE;
         settings->light_aware = i == RESAMPLED && n->light_aware;
-        settings->plan.candidates = n->candidates;
-        settings->seed = i == HALF ? n->seed ^ 0x68616c66u : i == OTHER_HALF ? n->seed ^ 0x48414c46u : n->seed;
+        settings->plan.candidates = n->w.candidates;
+        settings->seed = i == HALF ? n->w.seed ^ 0x68616c66u : i == OTHER_HALF ? n->w.seed ^ 0x48414c46u : n->w.seed;
         clear(&n->run[i]);
     }
     n->relative_mse[0] = n->relative_mse[1] = -1.0;
@@ -107,7 +87,7 @@ static void restart(noise *n, int reference_too) {
 
 static void set_scene(noise *n) {
     int width = n->run[0].settings.width, height = n->run[0].settings.height;
-    load_scene(&n->s, scene_names[n->scene], profile_names[n->profile], 1.0f);
+    load_scene(&n->s, window_scene[n->w.scene], window_profile[n->w.profile], 1.0f);
     for (int i = 0; i < width * height; i++) {
         n->mask[i] = (unsigned char)tracer_sees_object(&n->s, width, height, i % width, i / width);
     }
@@ -166,7 +146,7 @@ static void render_slice(noise *n, int which) {
     run *r = &n->run[which];
     double start = now();
     int height = r->settings.height, rows = (int)(SLICE * r->rate), failed = 0;
-    if (n->headless || rows > height - r->row) rows = height - r->row;
+    if (n->w.headless || rows > height - r->row) rows = height - r->row;
     if (rows < 1) rows = 1;
     int top = r->row, bands = n->devices.count > 0 ? n->devices.count : rows;
     unsigned long long probes = 0, shaded = 0;
@@ -198,7 +178,7 @@ static void render_slice(noise *n, int which) {
 static int next_run(const noise *n) {
     const run *plain = &n->run[PLAIN], *resampled = &n->run[RESAMPLED], *half = &n->run[HALF];
     const run *other = &n->run[OTHER_HALF];
-    uint32_t limit = n->headless ? n->spp : 1u << 30, enough = n->headless ? n->reference / 2 : ENOUGH;
+    uint32_t limit = n->w.headless ? n->spp : 1u << 30, enough = n->w.headless ? n->reference / 2 : ENOUGH;
     double passes = plain->spp > 0 ? plain->spp : 1; // the pass that brings plain nearest to even is its last
     int behind = n->same_time ? plain->seconds * (1.0 + 0.5 / passes) < resampled->seconds
                               : (double)plain->work.shaded * (1.0 + 0.5 / passes) < (double)resampled->work.shaded;
@@ -234,7 +214,7 @@ static void begin_opening(noise *n) {
     n->first_settings.width = n->first_settings.height = 16;
     n->opened = 0;
     n->opener_runs = pthread_create(&n->opener, NULL, open_device, n) == 0;
-    snprintf(n->note, sizeof n->note, n->opener_runs ? "opening an OpenCL device ..." : "cannot start a thread");
+    snprintf(n->w.note, sizeof n->w.note, n->opener_runs ? "opening an OpenCL device ..." : "cannot start a thread");
 }
 
 // Takes the device when it is there. The pictures go on where they are: the samples are the same on every device.
@@ -247,10 +227,10 @@ static void end_opening(noise *n) {
     n->opener_runs = 0;
     if (n->open_result == SSS_CL_OK) {
         n->devices = n->opening;
-        snprintf(n->note, sizeof n->note, "%s", n->devices.cl[0].device.name);
+        snprintf(n->w.note, sizeof n->w.note, "%s", n->devices.cl[0].device.name);
     } else {
         device_close(&n->opening);
-        memcpy(n->note, n->opening.error, sizeof n->note);
+        snprintf(n->w.note, sizeof n->w.note, "%.200s", n->opening.error);
     }
     for (int i = 0; i < RUNS; i++) n->run[i].rate = 0.0;
 }
@@ -263,14 +243,10 @@ static void switch_device(noise *n) {
     }
     device_close(&n->devices);
     for (int i = 0; i < RUNS; i++) n->run[i].rate = 0.0;
-    snprintf(n->note, sizeof n->note, "back on the CPU");
+    snprintf(n->w.note, sizeof n->w.note, "back on the CPU");
 }
 
 // ---- Drawing
-
-typedef struct box {
-    float x, y, width, height;
-} box;
 
 // Where the pictures (0) or their errors (1) are: as large as fits.
 static box view_box(const noise *n, const canvas *c, int which) {
@@ -318,11 +294,9 @@ static void draw_run(const noise *n, canvas *c, int which, float x, float y, int
     canvas_text(c, x, y + 41.0f, 14.0f, side, QUIET, text);
 }
 
-static void draw_colour_bar(const noise *n, canvas *c, float right, float y) {
+static void draw_colours(const noise *n, canvas *c, float right, float y) {
     char text[32];
-    for (int i = 0; i < 200; i++) {
-        canvas_rectangle(c, right - 200.0f + (float)i, y, 1.2f, 12.0f, canvas_scale((float)i / 199.0f));
-    }
+    window_colour_bar(c, right - 200.0f, y, 200.0f, 12.0f);
     canvas_text(c, right - 210.0f, y + 11.0f, 13.5f, CANVAS_RIGHT, QUIET,
                 "error of a pixel, over the mean of the object:  0");
     snprintf(text, sizeof text, "%.0f %%", 100.0 * (double)n->worst);
@@ -346,23 +320,14 @@ static void draw_reference(const noise *n, canvas *c, float x, float y) {
     canvas_text(c, x, y + 41.0f, 14.0f, CANVAS_RIGHT, QUIET, n->against ? n->against : text);
 }
 
-static void draw_keys(const noise *n, canvas *c, float y) {
-    char text[64];
-    float x = MARGIN;
-    snprintf(text, sizeof text, "scene: %s", scene_names[n->scene]);
-    x = canvas_key(c, x, y, 'S', text);
-    snprintf(text, sizeof text, "profile: %s", profile_names[n->profile]);
-    x = canvas_key(c, x, y, 'F', text);
-    x = canvas_key(c, x, y, '-', "");
-    snprintf(text, sizeof text, "M: %d", n->candidates);
-    x = canvas_key(c, x, y, '+', text);
-    x = canvas_key(c, x, y, 'L', n->light_aware ? "light unknown" : "tell of the light");
+static void draw_keys(noise *n, canvas *c, float y) {
+    float x = window_first_keys(&n->w, MARGIN, y);
+    x = canvas_key(c, x, y, 'L', n->light_aware ? "forget the light" : "tell of the light");
     x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
-    x = canvas_key(c, x, y, 'D', n->opener_runs ? "opening ..." : n->devices.count > 0 ? "on OpenCL" : "on the CPU");
+    x = canvas_key(c, x, y, 'D', n->opener_runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
     x = canvas_key(c, x, y, 'R', "restart");
-    x = canvas_key(c, x, y, 'W', "save");
-    x = canvas_key(c, x, y, 'Q', "quit");
-    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, n->note);
+    x = window_last_keys(&n->w, x, y);
+    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, n->w.note);
 }
 
 static void draw(noise *n, canvas *c) {
@@ -381,7 +346,7 @@ static void draw(noise *n, canvas *c) {
         text, sizeof text,
         "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
         "the one it picks. Drag the line.",
-        n->candidates);
+        n->w.candidates);
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
@@ -389,47 +354,25 @@ static void draw(noise *n, canvas *c) {
     draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
     draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
     draw_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
-    if (n->measured > 0.0) draw_colour_bar(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
+    if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
     draw_run(n, c, PLAIN, b.x, b.y + b.height + 26.0f, CANVAS_LEFT);
     draw_run(n, c, RESAMPLED, b.x + b.width, b.y + b.height + 26.0f, CANVAS_RIGHT);
     draw_reference(n, c, e.x + e.width, e.y + e.height + 26.0f);
-    if (!n->headless) draw_keys(n, c, c->height - 14.0f);
+    if (!n->w.headless) draw_keys(n, c, c->height - 14.0f);
 }
 
 // ---- The window
 
-static void save(noise *n, canvas *c) {
-    const char *wrong = canvas_save(c, n->png);
-    if (wrong && n->headless) fail(1, "cannot write %s: %s", n->png, wrong);
-    snprintf(n->note, sizeof n->note, wrong ? "cannot write %s: %s" : "wrote %s", n->png, wrong);
-    puts(n->note);
-}
-
-static void set_candidates(noise *n, int candidates) {
-    if (candidates < 1 || candidates > SSS_MAX_CANDIDATES) return;
-    n->candidates = candidates;
-    restart(n, 0);
-}
-
 // Returns 0 for the key that ends the program.
-static int press_key(noise *n, canvas *c, int code) {
-    n->note[0] = '\0';
-    if (code >= 'a' && code <= 'z') code -= 'a' - 'A';
-    switch (code) {
-    case 'S': n->scene = (n->scene + 1) % 5, set_scene(n); break;
-    case 'F': n->profile = (n->profile + 1) % 3, set_scene(n); break;
-    case '-': set_candidates(n, n->candidates / 2); break;
-    case '+':
-    case '=': set_candidates(n, n->candidates * 2); break;
-    case 'L': n->light_aware = !n->light_aware, restart(n, 0); break;
-    case 'T': n->same_time = !n->same_time; break;
-    case 'D': switch_device(n); break;
-    case 'R': restart(n, 1); break;
-    case 'W': save(n, c); break;
-    case 'Q': return 0;
-    default: break;
-    }
-    return 1;
+static int press_key(noise *n, int code) {
+    window_change change = window_key(&n->w, code);
+    if (change == WINDOW_SCENE || change == WINDOW_PROFILE) n->against = NULL, set_scene(n);
+    if (change == WINDOW_CANDIDATES) restart(n, 0);
+    if (code == 'L') n->light_aware = !n->light_aware, restart(n, 0);
+    if (code == 'T') n->same_time = !n->same_time;
+    if (code == 'D') switch_device(n);
+    if (code == 'R') restart(n, 1);
+    return change != WINDOW_QUIT;
 }
 
 static void drag(noise *n, const canvas *c, const canvas_event *event) {
@@ -444,7 +387,7 @@ static void drag(noise *n, const canvas *c, const canvas_event *event) {
 static int handle(noise *n, canvas *c) {
     canvas_event event;
     while (canvas_next_event(c, &event)) {
-        if (event.kind == CANVAS_KEY && !press_key(n, c, event.code)) return 0;
+        if (event.kind == CANVAS_KEY && !press_key(n, event.code)) return 0;
         if (event.kind == CANVAS_PRESS) n->dragging = event.y > TOP && event.y < c->height - FOOTER;
         if (event.kind == CANVAS_RELEASE) n->dragging = 0;
         if (n->dragging && (event.kind == CANVAS_PRESS || event.kind == CANVAS_MOVE)) drag(n, c, &event);
@@ -474,44 +417,24 @@ static void run_window(noise *n, canvas *c) {
 
 // ---- Command line
 
-static int parse_flag(noise *n, const char *name) {
-    if (strcmp(name, "--light-aware") == 0) {
-        n->light_aware = 1;
-    } else if (strcmp(name, "--same-time") == 0) {
-        n->same_time = 1;
-    } else if (strcmp(name, "--headless") == 0) {
-        n->headless = 1;
-    } else if (strcmp(name, "--help") == 0) {
-        fputs(usage, stdout);
-        exit(fflush(stdout) == 0 ? 0 : 1);
-    } else {
-        return 0;
-    }
-    return 1;
-}
-
-static void parse_value(noise *n, const char *name, const char *value) {
-    static const char *const names[] = {"--scene",   "--profile", "--candidates", "--device", "--seed",
-                                        "--against", "--size",    "--png",        "--spp",    "--reference"};
-    size_t i = 0, count = sizeof names / sizeof *names;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i == count) fail(2, "unknown option '%s'; --help lists what there is", name);
-    if (!value) fail(2, "%s wants a value", name);
-    switch (i) {
-    case 0: n->scene = index_of(scene_names, parse_word(name, value, "bear sphere slab corner needles")); break;
-    case 1: n->profile = index_of(profile_names, parse_word(name, value, "burley dipole better-dipole")); break;
-    case 2: n->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 3:
+// How many words the option takes.
+static int parse_option(noise *n, const char *name, const char *value) {
+    static const char *const names[] = {"--device", "--against", "--spp", "--reference"};
+    int taken = window_option(&n->w, usage, name, value);
+    if (taken) return taken;
+    if (strcmp(name, "--light-aware") == 0) return n->light_aware = 1;
+    if (strcmp(name, "--same-time") == 0) return n->same_time = 1;
+    switch (option_index(names, 4, name, value)) {
+    case 0:
         n->device = value;
         if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
         break;
-    case 4: n->seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 5: n->against = value; break;
-    case 6: parse_size(value, &n->width, &n->height); break;
-    case 7: n->png = value; break;
-    case 8: n->spp = (uint32_t)parse_number(name, value, 1, 1000000); break;
-    default: n->reference = (uint32_t)parse_number(name, value, 2, 1000000); break;
+    case 1: n->against = value; break;
+    case 2: n->spp = (uint32_t)parse_number(name, value, 1, 1000000); break;
+    case 3: n->reference = (uint32_t)parse_number(name, value, 2, 1000000); break;
+    default: fail(2, "unknown option '%s'; --help lists what there is", name);
     }
+    return 2;
 }
 
 static void make_pictures(noise *n) {
@@ -551,39 +474,29 @@ static void render_headless(noise *n, canvas *c) {
     for (int which; (which = next_run(n)) >= 0;) render_slice(n, which);
     measure(n);
     draw(n, c);
-    save(n, c);
-}
-
-static void parse(noise *n, int count, char **words) {
-    n->candidates = 8;
-    n->seed = 1;
-    n->spp = 4;
-    n->reference = 48;
-    n->divider = 0.5f;
-    n->width = 1280;
-    n->height = 720;
-    n->png = "noise.png";
-    n->device = "cpu";
-    for (int i = 1; i < count; i++) {
-        if (!parse_flag(n, words[i])) parse_value(n, words[i], i + 1 < count ? words[i + 1] : NULL), i++;
-    }
-    const char *wrong = image_check_writable(n->png);
-    if (wrong) fail(2, "cannot write %s: %s", n->png, wrong);
+    window_save(&n->w);
 }
 
 int main(int count, char **words) {
     static noise n;
-    static canvas c;
-    parse(&n, count, words);
+    canvas *c = &n.w.c;
+    window_defaults(&n.w);
+    n.spp = 4;
+    n.reference = 48;
+    n.divider = 0.5f;
+    n.device = "cpu";
+    for (int i = 1; i < count;) i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
+    const char *wrong = image_check_writable(n.w.png);
+    if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
     make_pictures(&n);
     set_scene(&n);
     pthread_mutex_init(&n.lock, NULL);
     sss_cl_result opened = device_open(&n.devices, n.device);
     if (opened != SSS_CL_OK) fail((int)opened, "%s", n.devices.error);
-    const char *wrong = canvas_open(&c, "noise", n.headless, n.width, n.height, 1280.0f, 720.0f);
-    if (!wrong && n.headless) render_headless(&n, &c);
-    if (!wrong && !n.headless) run_window(&n, &c);
-    canvas_close(&c);
+    wrong = canvas_open(c, "noise", n.w.headless, n.w.width, n.w.height, 1280.0f, 720.0f);
+    if (!wrong && n.w.headless) render_headless(&n, c);
+    if (!wrong && !n.w.headless) run_window(&n, c);
+    canvas_close(c);
     device_close(&n.devices);
     free_pictures(&n);
     if (wrong) fail(3, "%s", wrong);
