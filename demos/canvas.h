@@ -71,7 +71,8 @@ typedef enum canvas_kind { CANVAS_KEY, CANVAS_PRESS, CANVAS_RELEASE, CANVAS_MOVE
 typedef struct canvas_event {
     canvas_kind kind;
     int code;   // the character of a key (a letter as a capital), the number of a mouse button
-    float x, y; // the mouse in sheet units, or how far the wheel went (y)
+    float x, y; // the mouse, in sheet units
+    float wheel;
 } canvas_event;
 
 // A key that is shown on the sheet: a click on it is the key.
@@ -95,6 +96,7 @@ typedef struct canvas {
     GLuint disc, using; // the texture of the quads that are being drawn; 0: none are
     canvas_event event[CANVAS_EVENTS];
     int event_first, event_count, polls;
+    float mouse_x, mouse_y;
     double answered, longest;                // seconds: when events were last taken, the longest time between
     canvas_control control[CANVAS_CONTROLS]; // of this frame
     int controls;
@@ -102,28 +104,20 @@ typedef struct canvas {
 
 // ---- Events
 
-static inline void canvas_push(GLFWwindow *window, canvas_kind kind, int code, double x, double y) {
+static inline void canvas_push(GLFWwindow *window, canvas_kind kind, int code, double wheel) {
     canvas *c = (canvas *)glfwGetWindowUserPointer(window);
     if (c->event_count == CANVAS_EVENTS) return;
     canvas_event *e = &c->event[(c->event_first + c->event_count++) % CANVAS_EVENTS];
     e->kind = kind;
     e->code = code;
-    e->x = (float)x;
-    e->y = (float)y;
-}
-
-static inline void canvas_push_mouse(GLFWwindow *window, canvas_kind kind, int code) {
-    const canvas *c = (const canvas *)glfwGetWindowUserPointer(window);
-    int width, height;
-    double x, y;
-    glfwGetWindowSize(window, &width, &height); // not pixels everywhere
-    glfwGetCursorPos(window, &x, &y);
-    canvas_push(window, kind, code, x / width * (double)c->width, y / height * (double)c->height);
+    e->x = c->mouse_x;
+    e->y = c->mouse_y;
+    e->wheel = (float)wheel;
 }
 
 static inline void canvas_on_character(GLFWwindow *window, unsigned code) {
     int small = code >= 'a' && code <= 'z'; // letters are keys, and count as capitals
-    canvas_push(window, CANVAS_KEY, (int)code - (small ? 'a' - 'A' : 0), 0.0, 0.0);
+    canvas_push(window, CANVAS_KEY, (int)code - (small ? 'a' - 'A' : 0), 0.0);
 }
 static inline void canvas_on_key(GLFWwindow *window, int key, int scancode, int action, int modifiers) {
     (void)scancode, (void)modifiers;
@@ -131,14 +125,20 @@ static inline void canvas_on_key(GLFWwindow *window, int key, int scancode, int 
 }
 static inline void canvas_on_button(GLFWwindow *window, int button, int action, int modifiers) {
     (void)modifiers;
-    canvas_push_mouse(window, action == GLFW_PRESS ? CANVAS_PRESS : CANVAS_RELEASE, button);
+    canvas_push(window, action == GLFW_PRESS ? CANVAS_PRESS : CANVAS_RELEASE, button, 0.0);
 }
+// Where the mouse was when this event happened: asking for its place would tell where it is by now.
 static inline void canvas_on_move(GLFWwindow *window, double x, double y) {
-    (void)x, (void)y;
-    canvas_push_mouse(window, CANVAS_MOVE, 0);
+    canvas *c = (canvas *)glfwGetWindowUserPointer(window);
+    int width, height;
+    glfwGetWindowSize(window, &width, &height); // not pixels everywhere
+    c->mouse_x = (float)x / (float)width * c->width;
+    c->mouse_y = (float)y / (float)height * c->height;
+    canvas_push(window, CANVAS_MOVE, 0, 0.0);
 }
 static inline void canvas_on_wheel(GLFWwindow *window, double x, double y) {
-    canvas_push(window, CANVAS_WHEEL, 0, x, y);
+    (void)x;
+    canvas_push(window, CANVAS_WHEEL, 0, y);
 }
 
 static inline int canvas_next_event(canvas *c, canvas_event *e) {

@@ -624,7 +624,7 @@ static int handle(exit_points *e, canvas *c) {
             break;
         case CANVAS_RELEASE: e->moving = e->turning = 0; break;
         case CANVAS_WHEEL:
-            e->zoom = scene_max(1.0f, scene_min(60.0f, e->zoom * powf(0.9f, event.y)));
+            e->zoom = scene_max(1.0f, scene_min(60.0f, e->zoom * powf(0.9f, event.wheel)));
             aim(e);
             break;
         case CANVAS_MOVE:

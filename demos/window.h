@@ -102,6 +102,7 @@ static inline void window_save(window *w) {
     if (wrong && w->headless) fail(1, "cannot write %s: %s", w->png, wrong);
     snprintf(w->note, sizeof w->note, wrong ? "cannot write %s: %s" : "wrote %s", w->png, wrong);
     puts(w->note);
+    fflush(stdout); // whoever waits for the file may read along
 }
 
 // A key that both programs know, as a capital letter: what it changed.
