@@ -20,10 +20,11 @@ DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test test-long test-mutants mix bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
-	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
+	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
+	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make pictures      make the pictures of the README anew'
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
@@ -74,11 +75,18 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard d
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
-demo: build/render
+demo: build/render build/noise
 	build/render --compare --png build/demo.png
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: demo
-	cp build/demo.png demos/bear.png
+pictures: build/render build/exit_points
+	build/render --compare --png demos/bear.png
+	build/exit_points --headless --png demos/exit_points.png
+
+# What tests/test_window.sh compares with; made anew when it is meant to change. Look at it before it is kept.
+test-pictures: build/exit_points build/noise
+	build/exit_points --headless --size 480x270 --png tests/data/exit_points.png
+	build/noise --headless --size 320x180 --spp 2 --reference 4 --png tests/data/noise.png
 
 bench: build/bench_exits
 	@mkdir -p build/pocl

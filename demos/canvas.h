@@ -21,7 +21,8 @@
 #define CANVAS_GLYPHS   99
 #define CANVAS_SIZES    12   // sizes of text held ready
 #define CANVAS_ATLAS    1024 // pixels a side
-#define CANVAS_DISC     32
+#define CANVAS_DISC     64   // pixels of a side
+#define CANVAS_RIM      1.25f
 #define CANVAS_EVENTS   256
 #define CANVAS_CONTROLS 24
 
@@ -230,13 +231,14 @@ static inline void canvas_upload(canvas *c, GLuint *texture, int width, int heig
     c->gl.TexImage2D(GL_TEXTURE_2D, 0, (GLint)format, width, height, 0, format, GL_UNSIGNED_BYTE, pixels);
 }
 
-// A soft disc, from which points and lines are made: their edges are smooth on every OpenGL.
+// A soft disc, from which points and lines are made: their edges are smooth on every OpenGL. The texture reaches
+// CANVAS_RIM times as far as the disc, so that it stays round when it is drawn a few pixels wide.
 static inline void canvas_make_disc(canvas *c) {
     unsigned char coverage[CANVAS_DISC * CANVAS_DISC];
-    const float middle = 0.5f * (CANVAS_DISC - 1), radius = 0.5f * CANVAS_DISC - 1.0f;
+    const float middle = 0.5f * (CANVAS_DISC - 1), radius = 0.5f * CANVAS_DISC / CANVAS_RIM, soft = 4.0f;
     for (int i = 0; i < CANVAS_DISC * CANVAS_DISC; i++) {
         float x = (float)(i % CANVAS_DISC) - middle, y = (float)(i / CANVAS_DISC) - middle;
-        float inside = radius + 0.5f - sqrtf(x * x + y * y);
+        float inside = 0.5f + (radius - sqrtf(x * x + y * y)) / soft;
         coverage[i] = (unsigned char)(255.0f * (inside < 0.0f ? 0.0f : inside > 1.0f ? 1.0f : inside));
     }
     c->gl.GenTextures(1, &c->disc);
@@ -357,13 +359,14 @@ static inline void canvas_rectangle(canvas *c, float x, float y, float width, fl
 }
 
 static inline void canvas_point(canvas *c, float x, float y, float radius, unsigned colour) {
-    const float at[4] = {x - radius, y - radius, 2.0f * radius, 2.0f * radius}, uv[4] = {0.0f, 0.0f, 1.0f, 1.0f};
+    float r = CANVAS_RIM * radius;
+    const float at[4] = {x - r, y - r, 2.0f * r, 2.0f * r}, uv[4] = {0.0f, 0.0f, 1.0f, 1.0f};
     canvas_image(c, c->disc, at, uv, colour);
 }
 
 // Its ends are round: half discs, with the disc's middle drawn out between them.
 static inline void canvas_line(canvas *c, float x0, float y0, float x1, float y1, float width, unsigned colour) {
-    float x = x1 - x0, y = y1 - y0, length = sqrtf(x * x + y * y), r = 0.5f * width;
+    float x = x1 - x0, y = y1 - y0, length = sqrtf(x * x + y * y), r = 0.5f * CANVAS_RIM * width;
     if (!(length > 0.0f)) return;
     x *= r / length;
     y *= r / length;

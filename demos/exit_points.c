@@ -402,15 +402,33 @@ static double tick_step(double length) {
     return power * (rest >= 5.0 ? 5.0 : rest >= 2.0 ? 2.0 : 1.0);
 }
 
+// Through the middles of the bins, as one band: lines of their own would show where they overlap.
+static void draw_curve(canvas *c, float left, float top, float step, const float *y) {
+    float x[BINS], half[BINS];
+    for (int i = 0; i < BINS; i++) {
+        float slope = (y[i < BINS - 1 ? i + 1 : i] - y[i > 0 ? i - 1 : i]) / (i % (BINS - 1) ? 2.0f * step : step);
+        half[i] = 1.7f * sqrtf(1.0f + slope * slope);
+        x[i] = left + step * (float)i;
+    }
+    canvas_use(c, c->disc);
+    canvas_colour(c, CHOSEN);
+    for (int i = 0; i + 1 < BINS; i++) {
+        canvas_corner(c, x[i], top + y[i] - half[i], 0.5f, 0.0f);
+        canvas_corner(c, x[i], top + y[i] + half[i], 0.5f, 1.0f);
+        canvas_corner(c, x[i + 1], top + y[i + 1] + half[i + 1], 0.5f, 1.0f);
+        canvas_corner(c, x[i + 1], top + y[i + 1] - half[i + 1], 0.5f, 0.0f);
+    }
+}
+
 static void draw_histogram(const exit_points *e, canvas *c, int which, box b, double top) {
     const pane *p = &e->pane[which];
     char text[32];
     double step = tick_step(100.0 * top);
     for (double tick = 0.0; tick <= 100.0 * top; tick += step) {
-        float y = b.y + b.height * (1.0f - (float)(tick / 100.0 / top));
-        canvas_rectangle(c, b.x, y, b.width, 1.0f, EDGE);
+        float level = b.y + b.height * (1.0f - (float)(tick / 100.0 / top));
+        canvas_rectangle(c, b.x, level, b.width, 1.0f, EDGE);
         snprintf(text, sizeof text, "%g %%", tick);
-        if (which == 0) canvas_text(c, b.x - 5.0f, y + 4.0f, 12.5f, CANVAS_RIGHT, QUIET, text);
+        if (which == 0) canvas_text(c, b.x - 5.0f, level + 4.0f, 12.5f, CANVAS_RIGHT, QUIET, text);
     }
     step = tick_step((double)e->reach);
     for (double tick = 0.0; tick < (double)e->reach * 0.97; tick += step) {
@@ -419,17 +437,13 @@ static void draw_histogram(const exit_points *e, canvas *c, int which, box b, do
         canvas_text(c, x, b.y + b.height + 14.0f, 12.5f, tick > 0.0 ? CANVAS_CENTRE : CANVAS_LEFT, QUIET, text);
     }
     canvas_clip(c, b.x, b.y, b.width, b.height + 1.0f);
-    float wide = b.width / BINS, from_x = 0.0f, from_y = 0.0f;
+    float wide = b.width / BINS, y[BINS];
     for (int i = 0; i < BINS; i++) {
         float high = (float)(p->histogram[i] / (p->points + 1e-9) / top) * b.height;
         canvas_rectangle(c, b.x + wide * (float)i + 0.5f, b.y + b.height - high, wide - 1.0f, high, BAR);
     }
-    for (int i = 0; i < BINS; i++) {
-        float x = b.x + wide * ((float)i + 0.5f);
-        float y = b.y + b.height * (1.0f - (float)(e->truth[i] / (e->truth_sum + 1e-9) / top));
-        if (i > 0) canvas_line(c, from_x, from_y, x, y, 2.4f, CHOSEN);
-        from_x = x, from_y = y;
-    }
+    for (int i = 0; i < BINS; i++) y[i] = b.height * (1.0f - (float)(e->truth[i] / (e->truth_sum + 1e-9) / top));
+    draw_curve(c, b.x + 0.5f * wide, b.y, wide, y);
     canvas_unclip(c);
 }
 

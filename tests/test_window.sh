@@ -1,10 +1,11 @@
 #!/bin/bash
-# exit_points and noise: options, pictures without a display, and real windows on a display of this test's own, driven by
-# keys and mouse. The programs are built here with AddressSanitizer, which also looks for leaks when they end. Run from the
-# top of the repository after `make all`. SPDX-License-Identifier: MIT
+# exit_points and noise: options, pictures without a display, and real windows on a display of this test's own, driven
+# by keys and mouse. The programs are built here with AddressSanitizer, which looks for leaks when they end. Run from the
+# top of the repository after `make all`, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
 set -u
 build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
 . tests/check.sh
+export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home directory
 
 if [ ! -x "$build/exit_points" ] || [ ! -x "$build/noise" ]; then
     echo "not ok $build/exit_points and $build/noise are there: build them first"
@@ -76,9 +77,10 @@ END
 
 # The libraries of others that keep memory to the end. They must stay loaded for their names to be known then.
 write_suppressions() {
-    printf 'leak:%s\n' libGLX_mesa swrast_dri libOSMesa libpocl libLLVM >"$work/leaks"
+    printf 'leak:%s\n' libGLX_mesa swrast_dri libOSMesa libOpenCL libpocl libLLVM >"$work/leaks"
     echo 'int dlclose(void *library) { return library == 0; }' >"$work/dlclose.c"
     export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
+    export ASAN_OPTIONS=use_sigaltstack=0 # PoCL gives its threads a signal stack of their own
 }
 
 checked="gcc -std=c99 -O1 -g1 -fsanitize=address -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp -I.
@@ -251,7 +253,7 @@ shows_what_headless_draws() {
 
 ring_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
 click_moves_entry() {
-    ! ring_at 100 262 && xdotool mousemove 100 262 click 1 && until_true ring_at 100 262 && ring_at 823 262
+    ! ring_at 100 262 && xdotool mousemove 100 262 click 1 && until_true ring_at 100 262 && ring_at 837 262
 }
 
 drag() { xdotool mousemove $1 $2 mousedown ${5:-1} mousemove $((($1 + $3) / 2)) $2 mousemove $3 $4 mouseup ${5:-1}; }
@@ -267,9 +269,9 @@ wheel_zooms() {
     screen before
     xdotool mousemove 110 230 click 4 click 4 && many=100 until_true changed 39 110 170 225
 }
-click_on_key() { # P lies at the 16th cap; found by its effect on the panes
+click_on_key() {
     screen before
-    xdotool mousemove "$1" 526 click 1 && until_true changed 39 110 170 225
+    xdotool mousemove 590 526 click 1 && until_true changed 39 110 170 225 && xdotool mousemove 590 526 click 1
 }
 turns_by_itself() {
     xdotool key space
@@ -288,6 +290,7 @@ check_exit_points() {
     check "dragging beside the object turns it" drag_turns
     check "so does the right button" right_drag_turns
     check "the wheel zooms" wheel_zooms
+    check "a click on the key P in the list is that key" click_on_key
     check "P shows probes" keys_change p 39 110 907 225
     check "P again shows points" keys_change p 39 110 907 225
     check "] changes the dmfp" keys_change bracketright 39 376 907 92
@@ -315,6 +318,11 @@ captions_fill() {
 }
 resumes() { until_true changed 0 463 960 50; } # the numbers go on
 
+# The label of D changes when the device is asked for, and again when it is there; the numbers go on meanwhile.
+device_opens() {
+    keys_change d 540 515 100 22 && screen before && until_true changed 0 463 480 50 && until_true changed 540 515 100 22
+}
+
 check_noise() {
     check "noise opens a window" opens noise noise
     check "the divider follows the mouse, in both views" divider_moves
@@ -326,6 +334,8 @@ check_noise() {
     many=1000 check "S changes the scene" keys_change s 24 72 450 390
     screen before
     check "rendering goes on" resumes
+    if [ "$("$build/render" --list-devices | grep -c ^opencl)" -gt 0 ]; then check "D opens an OpenCL device" device_opens
+    else skip "D opens an OpenCL device" "there is none"; fi
     check "W saves what the window shows" saves 960x540
     check "a window of another size is filled" resizes
     check "Escape ends it, without a leak" closes Escape
