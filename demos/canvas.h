@@ -19,10 +19,10 @@
 #endif
 
 #define CANVAS_GLYPHS   99
-#define CANVAS_SIZES    12   // sizes of text held ready
-#define CANVAS_ATLAS    1024 // pixels a side
-#define CANVAS_DISC     64   // pixels of a side
-#define CANVAS_RIM      1.25f
+#define CANVAS_SIZES    12    // sizes of text held ready
+#define CANVAS_ATLAS    1024  // pixels a side
+#define CANVAS_DISC     64    // pixels a side
+#define CANVAS_RIM      1.25f // see canvas_make_disc()
 #define CANVAS_EVENTS   256
 #define CANVAS_CONTROLS 24
 
@@ -165,7 +165,7 @@ static inline const char *canvas_load(canvas_gl *gl, canvas_function (*find)(con
     return NULL;
 }
 
-// The text's bytes become a function pointer without a cast, which C does not know.
+// C casts no pointer to data, which is what dlsym gives, to one to a function: the bytes are copied.
 static inline void canvas_symbol(void *library, const char *name, void *function) {
     void *symbol = dlsym(library, name);
     memcpy(function, &symbol, sizeof symbol);
@@ -314,21 +314,15 @@ static inline void canvas_show(canvas *c) {
 
 // What is drawn so far, as a PNG: NULL, or a reason to print after the file's name.
 static inline const char *canvas_save(canvas *c, const char *path) {
-    image_bytes up, down;
-    const char *wrong = "does not fit into memory";
-    size_t row = image_count(c->pixel_width, 1);
-    if (!image_bytes_new(&up, c->pixel_width, c->pixel_height, 0)) return wrong;
-    if (image_bytes_new(&down, c->pixel_width, c->pixel_height, 0)) {
-        canvas_use(c, 0);
-        c->gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
-        c->gl.ReadPixels(0, 0, c->pixel_width, c->pixel_height, GL_RGB, GL_UNSIGNED_BYTE, up.rgb);
-        for (int y = 0; y < up.height; y++) {
-            memcpy(down.rgb + row * (size_t)y, up.rgb + row * (size_t)(up.height - 1 - y), row);
-        }
-        wrong = image_write_png(&down, path);
-        free(down.rgb);
-    }
-    free(up.rgb);
+    image_bytes bytes;
+    if (!image_bytes_new(&bytes, c->pixel_width, c->pixel_height, 0)) return "does not fit into memory";
+    canvas_use(c, 0);
+    c->gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    c->gl.ReadPixels(0, 0, c->pixel_width, c->pixel_height, GL_RGB, GL_UNSIGNED_BYTE, bytes.rgb);
+    stbi_flip_vertically_on_write(1); // OpenGL's first row is the lowest
+    const char *wrong = image_write_png(&bytes, path);
+    stbi_flip_vertically_on_write(0);
+    free(bytes.rgb);
     return wrong;
 }
 

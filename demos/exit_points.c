@@ -283,6 +283,7 @@ static void cast(exit_points *e, float pane_width, float pane_height, float unit
 }
 
 static void upload(exit_points *e, canvas *c) {
+    if (e->passes == 0) return; // an iconified window has no pixels
     for (int i = 0; i < e->ray_width * e->ray_height; i++) {
         const float *sum = e->rays + 2 * i;
         unsigned char *to = e->rgba + 4 * i;

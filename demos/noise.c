@@ -65,7 +65,11 @@ typedef struct noise {
 // ---- Rendering in slices
 
 static void clear(run *r) {
-    memset(r->sum.rgb, 0, image_count(r->sum.width, r->sum.height) * sizeof(float));
+    size_t count = image_count(r->sum.width, r->sum.height);
+    memset(r->sum.rgb, 0, count * sizeof *r->sum.rgb);
+    memset(r->mean.rgb, 0, count * sizeof *r->mean.rgb);
+    if (r->shown.rgb) memset(r->shown.rgb, 0, count);
+    if (r->error.rgb) memset(r->error.rgb, 0, count);
     memset(&r->work, 0, sizeof r->work);
     r->row = 0;
     r->spp = 0;
@@ -135,8 +139,9 @@ static void measure(noise *n) {
         if (n->run[i].spp) n->relative_mse[i] = image_relative_mse(&n->run[i].mean, one, other, n->mask);
     }
     n->worst = n->relative_mse[PLAIN] > 0.0 ? 2.0f * sqrtf((float)n->relative_mse[PLAIN]) : 1.0f;
-    show_error(n, PLAIN);
-    show_error(n, RESAMPLED);
+    for (int i = PLAIN; i <= RESAMPLED; i++) {
+        if (n->run[i].spp) show_error(n, i);
+    }
     n->changed = 0;
     n->measured = now();
 }
@@ -354,7 +359,11 @@ static void draw(noise *n, canvas *c) {
     draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
     draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
     draw_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
-    if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
+    if (n->measured > 0.0)
+        draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
+    else
+        canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,
+                    "the first pass is under way");
     draw_run(n, c, PLAIN, b.x, b.y + b.height + 26.0f, CANVAS_LEFT);
     draw_run(n, c, RESAMPLED, b.x + b.width, b.y + b.height + 26.0f, CANVAS_RIGHT);
     draw_reference(n, c, e.x + e.width, e.y + e.height + 26.0f);
