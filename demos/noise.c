@@ -232,11 +232,13 @@ static void end_opening(noise *n) {
     n->opener_runs = 0;
     if (n->open_result == SSS_CL_OK) {
         n->devices = n->opening;
-        snprintf(n->w.note, sizeof n->w.note, "%s", n->devices.cl[0].device.name);
+        snprintf(n->w.note, sizeof n->w.note, "device: %s", n->devices.cl[0].device.name);
     } else {
         device_close(&n->opening);
         snprintf(n->w.note, sizeof n->w.note, "%.200s", n->opening.error);
     }
+    puts(n->w.note);
+    fflush(stdout);
     for (int i = 0; i < RUNS; i++) n->run[i].rate = 0.0;
 }
 
@@ -320,7 +322,7 @@ static void draw_reference(const noise *n, canvas *c, float x, float y) {
     }
     canvas_text(c, x, y, 19.0f, CANVAS_RIGHT, CHOSEN, text);
     canvas_text(c, x, y + 22.0f, 14.0f, CANVAS_RIGHT, QUIET, "Error: relative mean square over the object, against");
-    snprintf(text, sizeof text, "brute force (so far %u samples a pixel; its own noise cancels out)",
+    snprintf(text, sizeof text, "brute force, so far %u samples a pixel; its own noise cancels out of the number",
              n->run[HALF].spp + n->run[OTHER_HALF].spp);
     canvas_text(c, x, y + 41.0f, 14.0f, CANVAS_RIGHT, QUIET, n->against ? n->against : text);
 }

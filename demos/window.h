@@ -1,5 +1,5 @@
-// window.h - what the two programs with a window have in common: colours, options, keys. Host only.
-// SPDX-License-Identifier: MIT
+// window.h - what the two programs with a window have in common: colours, options, keys. Host only. Like command.h part
+// of each program, so some names have no prefix. SPDX-License-Identifier: MIT
 #ifndef WINDOW_H
 #define WINDOW_H
 

@@ -332,9 +332,12 @@ captions_fill() {
 }
 resumes() { until_true changed 0 463 960 50; } # the numbers go on
 
-# The label of D changes when the device is asked for, and again when it is there; the numbers go on meanwhile.
+# Opening takes a while, compiling at first long; then the numbers go on, by the device.
 device_opens() {
-    keys_change d 540 515 100 22 && screen before && until_true changed 0 463 480 50 && until_true changed 540 515 100 22
+    xdotool key d
+    until_true grep -q '^device: ' "$work/said" || until_true grep -q '^device: ' "$work/said" || return 1
+    screen before
+    until_true changed 0 463 480 50
 }
 
 check_noise() {
