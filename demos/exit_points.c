@@ -7,8 +7,8 @@
 #include "window.h"
 
 #define POINTS      500        // shown in each pane
-#define LOOKUPS     40000      // behind each histogram
-#define TRUTH       30000      // calls of tracer_area_points() behind the true curve
+#define LOOKUPS     25000      // behind each histogram
+#define TRUTH       20000      // calls of tracer_area_points() behind the true curve
 #define BINS        32         // of a histogram
 #define PROBES      10         // shown on demand
 #define PASSES      16         // rays through each pixel of the object

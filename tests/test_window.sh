@@ -86,12 +86,10 @@ write_suppressions() {
 checked="gcc -std=c99 -O1 -g1 -fsanitize=address -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp -I.
     -Idemos -Icl -I$build"
 build_checked() {
-    $checked demos/exit_points.c "$work/dlclose.c" -o "$work/exit_points" -lglfw -ldl -lstb -lm &
-    local other=$!
-    $checked demos/noise.c cl/sss_cl.c "$work/dlclose.c" -o "$work/noise" -lglfw -ldl -lOpenCL -lstb -lm
-    local here=$?
-    wait $other && [ $here = 0 ]
+    $checked demos/exit_points.c "$work/dlclose.c" -o "$work/exit_points" -lglfw -ldl -lstb -lm &&
+        $checked demos/noise.c cl/sss_cl.c "$work/dlclose.c" -o "$work/noise" -lglfw -ldl -lOpenCL -lstb -lm
 }
+is_built() { wait $builder || { cat "$work/build.log" && return 1; }; }
 
 # ---- Options
 
@@ -158,8 +156,8 @@ END
 # differ is the edges of glyphs and lines by another OpenGL's rounding, and the digits of the seconds that noise shows.
 LIMIT=60
 
-small_exit_points() { "$work/exit_points" --headless --size 480x270 --png "$1"; }
-small_noise() { "$work/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$1"; }
+small_exit_points() { timeout 60 "$work/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"; }
+small_noise() { timeout 60 "$work/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"; }
 
 # as_committed NAME X Y W H: one part of the picture, so that what is small in the whole counts. `make test-pictures`
 # makes the committed pictures anew.
@@ -172,24 +170,24 @@ as_committed() {
 }
 
 check_pictures() {
-    check "exit_points draws without a display" small_exit_points "$work/exit_points.png"
+    small_exit_points again 1 >/dev/null &
+    local again=$!
+    small_exit_points other 2 >/dev/null &
+    local other=$!
+    check "exit_points draws without a display" small_exit_points exit_points 1
     check "exit_points: the committed points" as_committed exit_points 19 55 455 113
     check "exit_points: the committed histograms" as_committed exit_points 19 188 455 47
     check "exit_points: the committed texts" as_committed exit_points
     check "exit_points: the same picture twice" repeats
     check "exit_points: another seed, another picture" other_seed
-    check "noise draws without a display" small_noise "$work/noise.png"
+    check "noise draws without a display" small_noise
     check "noise: the committed pictures" as_committed noise 8 24 150 130
     check "noise: the committed errors" as_committed noise 162 24 150 130
     check "noise: the committed texts" as_committed noise
 }
 
-repeats() { small_exit_points "$work/again.png" && cmp "$work/exit_points.png" "$work/again.png"; }
-
-other_seed() {
-    "$work/exit_points" --headless --size 480x270 --seed 2 --png "$work/other.png" || return 1
-    [ "$("$work/pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]
-}
+repeats() { wait $again && cmp "$work/exit_points.png" "$work/again.png"; }
+other_seed() { wait $other && [ "$("$work/pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]; }
 
 # ---- Windows
 
@@ -265,6 +263,8 @@ shows_what_headless_draws() {
     until_true same_as "$work/still.png" 0 0 960 488 || { echo "$differ of 10000 pixels differ" && return 1; }
 }
 
+comes_back() { xdotool key $1 && until_true same_as "$work/still.png" 0 0 960 488; }
+
 ring_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
 click_moves_entry() {
     ! ring_at 110 160 && xdotool mousemove 110 160 click 1 && until_true ring_at 110 160 && ring_at 847 160
@@ -285,7 +285,9 @@ wheel_zooms() {
 }
 click_on_key() {
     screen before
-    xdotool mousemove 590 526 click 1 && until_true changed 39 110 170 225 && xdotool mousemove 590 526 click 1
+    xdotool mousemove 590 526 click 1 && until_true changed 39 110 170 225 || return 1
+    screen before
+    xdotool click 1 && until_true changed 39 110 170 225
 }
 turns_by_itself() {
     xdotool key space
@@ -300,6 +302,8 @@ resizes() {
 check_exit_points() {
     check "exit_points opens a window" opens "exit points" exit_points --still
     check "the window shows what the headless picture shows" shows_what_headless_draws
+    check "] changes the dmfp" keys_change bracketright 39 376 907 92
+    check "[ brings back all that was" comes_back bracketleft
     check "a click moves the entry" click_moves_entry
     check "dragging beside the object turns it" drag_turns
     check "so does the right button" right_drag_turns
@@ -307,8 +311,6 @@ check_exit_points() {
     check "a click on the key P in the list is that key" click_on_key
     check "P shows probes" keys_change p 39 110 907 225
     check "P again shows points" keys_change p 39 110 907 225
-    check "] changes the dmfp" keys_change bracketright 39 376 907 92
-    check "[ changes it back" keys_change bracketleft 39 376 907 92
     check "+ changes the candidates" keys_change plus 775 70 170 20
     check "- changes them back" keys_change minus 775 70 170 20
     check "1 changes the techniques" keys_change 1 578 90 170 15
@@ -360,8 +362,10 @@ check_noise() {
 
 write_tools
 write_suppressions
-check "both build with AddressSanitizer" build_checked
+build_checked >"$work/build.log" 2>&1 &
+builder=$!
 check_options
+check "both build with AddressSanitizer" is_built
 check_pictures
 if start_display; then
     check_exit_points
