@@ -10,18 +10,21 @@ DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
 TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
 CL_C     := -Icl -Idemos -Ibuild
 CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_kernels.cl
+WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
-PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind
+PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind \
+    libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test test-long test-mutants mix bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
-	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png'
+	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
+	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make pictures      make the pictures of the README anew'
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
@@ -53,6 +56,12 @@ build/sss_cl_source.h: cl/embed.sh $(CL_TEXT) | build
 build/render: demos/render.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ -lOpenCL -lstb -lm
 
+build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lstb -lm
+
+build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
+	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ $(WINDOW) -lOpenCL -lstb -lm
+
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 
@@ -66,11 +75,18 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard d
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
-demo: build/render
+demo: build/render build/noise
 	build/render --compare --png build/demo.png
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: demo
-	cp build/demo.png demos/bear.png
+pictures: build/render build/exit_points
+	build/render --compare --png demos/bear.png
+	build/exit_points --headless --png demos/exit_points.png
+
+# What tests/test_window.sh compares with; made anew when it is meant to change. Look at it before it is kept.
+test-pictures: build/exit_points build/noise
+	build/exit_points --headless --size 480x270 --png tests/data/exit_points.png
+	build/noise --headless --size 320x180 --spp 2 --reference 4 --png tests/data/noise.png
 
 bench: build/bench_exits
 	@mkdir -p build/pocl

@@ -3,16 +3,14 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include <signal.h>
-#include <stdarg.h>
-#include <time.h>
 #include <unistd.h>
 
+#define COMMAND "render"
+#include "command.h"
 #include "device.h"
 #include "image.h"
-#include "scenes.h"
 #include "tracer.h"
 
-#define RENDER_ETA               1.35f // of the dipoles
 #define RENDER_COMPARE_SPP       8     // of the resampled panels
 #define RENDER_COMPARE_REFERENCE 24    // samples a pixel in each half of the reference
 #define RENDER_COMPARE_SECONDS   40.0  // the reference stops early on a slow machine
@@ -63,80 +61,7 @@ typedef struct options {
 static device_set devices;                    // they live as long as the program
 static volatile sig_atomic_t interrupted = 0; // Ctrl-C
 
-static void fail(int code, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("render: ", stderr);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
-    va_end(arguments);
-    exit(code);
-}
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 // ---- Command line
-
-static long long parse_number(const char *option, const char *text, long long least, long long most) {
-    char *end = NULL;
-    errno = 0;
-    long long value = strtoll(text, &end, 10);
-    if (end == text || *end != '\0' || errno || value < least || value > most) {
-        fail(2, "%s wants a whole number from %lld to %lld, not '%s'", option, least, most, text);
-    }
-    return value;
-}
-
-static void parse_size(const char *text, int *width, int *height) {
-    char *end = NULL;
-    long w = strtol(text, &end, 10), h = 0;
-    int good = end != text && *end == 'x';
-    if (good) {
-        const char *rest = end + 1;
-        h = strtol(rest, &end, 10);
-        good = end != rest && *end == '\0';
-    }
-    if (!good || w < 1 || h < 1 || w > IMAGE_MAX_SIDE || h > IMAGE_MAX_SIDE) {
-        fail(2, "--size wants WxH, each from 1 to %d, not '%s'", IMAGE_MAX_SIDE, text);
-    }
-    *width = (int)w;
-    *height = (int)h;
-}
-
-static unsigned parse_techniques(const char *text) {
-    static const struct {
-        const char *name;
-        unsigned bit;
-    } known[] = {{"disk", SSS_DISK}, {"tangents", SSS_DISK_TANGENTS}, {"sphere", SSS_SPHERE}, {"chord", SSS_CHORD}};
-    unsigned bits = 0;
-    for (const char *word = text;;) {
-        size_t length = strcspn(word, ",");
-        unsigned bit = 0;
-        for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0) bit = known[i].bit;
-        }
-        if (!bit) fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'", (int)length, word);
-        bits |= bit;
-        if (word[length] == '\0') return bits;
-        word += length + 1;
-    }
-}
-
-// Is `value` one of the words in the list (separated by blanks)?
-static const char *parse_word(const char *option, const char *value, const char *list) {
-    size_t length = strlen(value);
-    for (const char *word = list; length && *word;) {
-        size_t n = strcspn(word, " ");
-        if (n == length && memcmp(word, value, n) == 0) return value;
-        word += n + (word[n] == ' ');
-    }
-    fail(2, "%s wants one of: %s; not '%s'", option, list, value);
-    return NULL;
-}
 
 static void list_devices(void) {
     sss_cl_devices known;
@@ -266,20 +191,6 @@ static void check_outputs(const options *o) {
         const char *wrong = paths[i] ? image_check_writable(paths[i]) : NULL;
         if (wrong) fail(2, "cannot write %s: %s", paths[i], wrong);
     }
-}
-
-static void load_scene(scene *s, const options *o) {
-    scenes_optics optics;
-    if (!scenes_find(s, &optics, o->scene)) fail(2, "there is no scene '%s'", o->scene);
-    sss_result result = SSS_OK;
-    if (strcmp(o->profile, "burley") == 0) {
-        result = sss_burley(&s->medium, optics.albedo, optics.dmfp);
-    } else if (strcmp(o->profile, "dipole") == 0) {
-        result = sss_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, RENDER_ETA);
-    } else {
-        result = sss_better_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, RENDER_ETA);
-    }
-    if (result != SSS_OK) fail(1, "the medium of %s: %s", o->scene, sss_result_string(result));
 }
 
 // ---- Progress: one line that is overwritten on a terminal, a line every few seconds elsewhere
@@ -556,7 +467,7 @@ static int render_one(const options *o) {
     r.first = o->first_sample;
     r.spp = o->spp;
     r.relative_mse = -1.0;
-    load_scene(&s, o);
+    load_scene(&s, o->scene, o->profile, 1.0f);
     if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, r.spp);
@@ -729,7 +640,7 @@ static void compare(const options *o) {
     const char *wrong = image_font_open(&font);
     if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
     scene s;
-    load_scene(&s, o);
+    load_scene(&s, o->scene, o->profile, 1.0f);
     run runs[RUNS];
     memset(runs, 0, sizeof runs);
     for (int i = 0; i < RUNS; i++) {

@@ -1,0 +1,515 @@
+// noise.c - one picture rendered twice at the same price, plain on the left and resampled on the right, and the error
+// of both, while it grows. In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
+#define _POSIX_C_SOURCE 200809L
+
+#include <pthread.h>
+
+#define COMMAND "noise"
+#include "device.h"
+#include "window.h"
+
+#define WIDTH   300 // of the picture in pixels; shown twice as large
+#define HEIGHT  260
+#define SLICE   0.012 // seconds that one step of rendering may take
+#define REFRESH 0.080 // between two frames, unless there is an event
+#define ENOUGH  4096  // samples a pixel in each half of the reference
+#define MARGIN  32.0f
+#define TOP     96.0f // of the pictures
+#define FOOTER  104.0f
+
+static const char usage[] =
+    "usage: noise [options]\n"
+    "Renders a scene twice at the same price: plain on the left, resampled on the right, and the error of both.\n"
+    "\n" WINDOW_HELP_SCENE "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --same-time        the same time for both, not the same number of shaded points\n"
+    "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
+    "  --against FILE     measure the error against this PFM, whose size the pictures take\n"
+    "  --spp N            headless: samples a pixel of the resampled half (4)\n"
+    "  --reference N      headless: samples a pixel of the reference (48)\n" WINDOW_HELP_FILES;
+
+enum { PLAIN, RESAMPLED, HALF, OTHER_HALF, RUNS }; // the last two: a reference in two halves with independent noise
+
+// A picture that grows, pass by pass of one sample a pixel, each from the top row to the bottom.
+typedef struct run {
+    tracer_settings settings;
+    image sum, mean;
+    image_bytes shown, error; // tone-mapped; the difference from the reference
+    GLuint shown_texture, error_texture;
+    int row;      // of the pass under way
+    uint32_t spp; // complete passes
+    device_work work;
+    double seconds, rate; // rows a second
+} run;
+
+typedef struct noise {
+    window w;
+    int light_aware, same_time;
+    uint32_t spp, reference;
+    const char *against, *device;
+    scene s;
+    run run[RUNS];
+    unsigned char *mask;
+    double power, relative_mse[2], measured; // power: root mean square of the reference; measured: when
+    float worst;                             // error at the end of the colour bar: twice the mean of plain
+    device_set devices, opening;
+    pthread_t opener;
+    pthread_mutex_t lock;
+    int opener_runs, opened; // opened: the result is there, under the lock
+    scene first_scene;       // for the first launch on it
+    tracer_settings first_settings;
+    sss_cl_result open_result;
+    float divider; // 0..1
+    int dragging, changed;
+} noise;
+
+// ---- Rendering in slices
+
+static void clear(run *r) {
+    size_t count = image_count(r->sum.width, r->sum.height);
+    memset(r->sum.rgb, 0, count * sizeof *r->sum.rgb);
+    memset(r->mean.rgb, 0, count * sizeof *r->mean.rgb);
+    if (r->shown.rgb) memset(r->shown.rgb, 0, count);
+    if (r->error.rgb) memset(r->error.rgb, 0, count);
+    memset(&r->work, 0, sizeof r->work);
+    r->row = 0;
+    r->spp = 0;
+    r->seconds = 0.0;
+}
+
+static void restart(noise *n, int reference_too) {
+    for (int i = 0; i < (reference_too && !n->against ? RUNS : HALF); i++) {
+        tracer_settings *settings = &n->run[i].settings;
+        settings->method = i == PLAIN ? TRACER_PLAIN : i == RESAMPLED ? TRACER_RESAMPLED : TRACER_REFERENCE;
+        settings->light_aware = i == RESAMPLED && n->light_aware;
+        settings->plan.candidates = n->w.candidates;
+        settings->seed = i == HALF ? n->w.seed ^ 0x68616c66u : i == OTHER_HALF ? n->w.seed ^ 0x48414c46u : n->w.seed;
+        clear(&n->run[i]);
+    }
+    n->relative_mse[0] = n->relative_mse[1] = -1.0;
+    n->measured = 0.0;
+}
+
+static void set_scene(noise *n) {
+    int width = n->run[0].settings.width, height = n->run[0].settings.height;
+    load_scene(&n->s, window_scene[n->w.scene], window_profile[n->w.profile], 1.0f);
+    for (int i = 0; i < width * height; i++) {
+        n->mask[i] = (unsigned char)tracer_sees_object(&n->s, width, height, i % width, i / width);
+    }
+    restart(n, 1);
+}
+
+// Rows top .. bottom - 1 of a run as means, and as the screen shows them.
+static void show_rows(noise *n, int which, int top, int bottom) {
+    run *r = &n->run[which];
+    for (int y = top; y < bottom; y++) {
+        float scale = 1.0f / (float)(r->spp + (y < r->row ? 1u : 0u));
+        for (size_t i = image_count(r->sum.width, y); i < image_count(r->sum.width, y + 1); i++) {
+            r->mean.rgb[i] = r->sum.rgb[i] * scale;
+            if (which < HALF) r->shown.rgb[i] = image_tone(r->mean.rgb[i], 1.0f);
+        }
+    }
+}
+
+static void show_error(noise *n, int which) {
+    run *r = &n->run[which];
+    const float *one = n->run[HALF].mean.rgb, *other = n->run[OTHER_HALF].mean.rgb;
+    for (size_t i = 0; i < image_count(r->mean.width, r->mean.height); i += 3) {
+        float squares = 0.0f;
+        for (size_t k = i; k < i + 3; k++) {
+            float e = r->mean.rgb[k] - 0.5f * (one[k] + other[k]);
+            squares += e * e;
+        }
+        unsigned colour = canvas_scale(sqrtf(squares / 3.0f) / (n->worst * (float)n->power));
+        for (size_t k = 0; k < 3; k++) r->error.rgb[i + k] = (unsigned char)(colour >> (24 - 8 * k));
+    }
+}
+
+// Once all pictures have a whole pass: the errors so far.
+static void measure(noise *n) {
+    const image *one = &n->run[HALF].mean, *other = &n->run[OTHER_HALF].mean;
+    double power = 0.0, pixels = 1e-9;
+    if (!n->changed || !n->run[HALF].spp || !n->run[OTHER_HALF].spp) return;
+    for (size_t i = 0; i < image_count(one->width, one->height); i++) {
+        if (!n->mask[i / 3]) continue;
+        power += (double)one->rgb[i] * (double)other->rgb[i];
+        pixels += 1.0;
+    }
+    n->power = sqrt(power > 0.0 ? power / pixels : 1.0);
+    for (int i = PLAIN; i <= RESAMPLED; i++) {
+        if (n->run[i].spp) n->relative_mse[i] = image_relative_mse(&n->run[i].mean, one, other, n->mask);
+    }
+    n->worst = n->relative_mse[PLAIN] > 0.0 ? 2.0f * sqrtf((float)n->relative_mse[PLAIN]) : 1.0f;
+    for (int i = PLAIN; i <= RESAMPLED; i++) {
+        if (n->run[i].spp) show_error(n, i);
+    }
+    n->changed = 0;
+    n->measured = now();
+}
+
+// A few rows of a pass, as many as the slice has time for.
+static void render_slice(noise *n, int which) {
+    run *r = &n->run[which];
+    double start = now();
+    int height = r->settings.height, rows = (int)(SLICE * r->rate), failed = 0;
+    if (n->w.headless || rows > height - r->row) rows = height - r->row;
+    if (rows < 1) rows = 1;
+    int top = r->row, bands = n->devices.count > 0 ? n->devices.count : rows;
+    unsigned long long probes = 0, shaded = 0;
+#pragma omp parallel for num_threads(device_threads(&n->devices)) schedule(dynamic, 1) reduction(+ : probes, shaded)
+    for (int band = 0; band < bands; band++) {
+        device_work mine = {0, 0};
+        int from = top + rows * band / bands, to = top + rows * (band + 1) / bands;
+        if (from < to && device_band(&n->devices, device_thread(), &n->s, r->settings, from, to, r->spp, 1, r->sum.rgb,
+                                     &mine) != SSS_CL_OK) {
+#pragma omp atomic write
+            failed = device_thread() + 1;
+        }
+        probes += mine.probes;
+        shaded += mine.shaded;
+    }
+    if (failed) fail(1, "%s", n->devices.cl[failed - 1].error);
+    r->work.probes += probes;
+    r->work.shaded += shaded;
+    r->seconds += now() - start;
+    r->rate = rows / (now() - start + 1e-9);
+    r->row += rows;
+    show_rows(n, which, top, r->row);
+    if (r->row == height) r->row = 0, r->spp++;
+    n->changed = 1;
+}
+
+// Whose turn it is; -1 when all is done. Plain and resampled take turns by whole passes, so that they cost the same;
+// the reference has half of the time.
+static int next_run(const noise *n) {
+    const run *plain = &n->run[PLAIN], *resampled = &n->run[RESAMPLED], *half = &n->run[HALF];
+    const run *other = &n->run[OTHER_HALF];
+    uint32_t limit = n->w.headless ? n->spp : 1u << 30, enough = n->w.headless ? n->reference / 2 : ENOUGH;
+    double passes = plain->spp > 0 ? plain->spp : 1; // the pass that brings plain nearest to even is its last
+    int behind = n->same_time ? plain->seconds * (1.0 + 0.5 / passes) < resampled->seconds
+                              : (double)plain->work.shaded * (1.0 + 0.5 / passes) < (double)resampled->work.shaded;
+    int pair = plain->row > 0 ? PLAIN : resampled->row > 0 ? RESAMPLED : behind ? PLAIN : RESAMPLED;
+    if (pair == RESAMPLED && resampled->spp >= limit) pair = -1;
+    if (n->against || other->spp >= enough) return pair;
+    if (pair >= 0 && half->seconds + other->seconds > plain->seconds + resampled->seconds) return pair;
+    return half->spp > other->spp ? OTHER_HALF : HALF;
+}
+
+// ---- Devices: opening one may take seconds, and must not stop the window
+
+static void *open_device(void *argument) {
+    noise *n = (noise *)argument;
+    sss_cl_result result = device_open(&n->opening, "opencl");
+    if (result == SSS_CL_OK) { // the first launch compiles once more
+        unsigned long long probes = 0, shaded = 0;
+        static float rgb[3 * 16 * 16];
+        result =
+            sss_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
+        if (result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].error, sizeof n->opening.error);
+    }
+    pthread_mutex_lock(&n->lock);
+    n->open_result = result;
+    n->opened = 1;
+    pthread_mutex_unlock(&n->lock);
+    return NULL;
+}
+
+static void begin_opening(noise *n) {
+    n->first_scene = n->s;
+    n->first_settings = n->run[RESAMPLED].settings;
+    n->first_settings.width = n->first_settings.height = 16;
+    n->opened = 0;
+    n->opener_runs = pthread_create(&n->opener, NULL, open_device, n) == 0;
+    snprintf(n->w.note, sizeof n->w.note, n->opener_runs ? "opening an OpenCL device ..." : "cannot start a thread");
+}
+
+// Takes the device when it is there. The pictures go on where they are: the samples are the same on every device.
+static void end_opening(noise *n) {
+    pthread_mutex_lock(&n->lock);
+    int opened = n->opened;
+    pthread_mutex_unlock(&n->lock);
+    if (!n->opener_runs || !opened) return;
+    pthread_join(n->opener, NULL);
+    n->opener_runs = 0;
+    if (n->open_result == SSS_CL_OK) {
+        n->devices = n->opening;
+        snprintf(n->w.note, sizeof n->w.note, "device: %s", n->devices.cl[0].device.name);
+    } else {
+        device_close(&n->opening);
+        snprintf(n->w.note, sizeof n->w.note, "%.200s", n->opening.error);
+    }
+    puts(n->w.note);
+    fflush(stdout);
+    for (int i = 0; i < RUNS; i++) n->run[i].rate = 0.0;
+}
+
+static void switch_device(noise *n) {
+    if (n->opener_runs) return;
+    if (n->devices.count == 0) {
+        begin_opening(n);
+        return;
+    }
+    device_close(&n->devices);
+    for (int i = 0; i < RUNS; i++) n->run[i].rate = 0.0;
+    snprintf(n->w.note, sizeof n->w.note, "back on the CPU");
+}
+
+// ---- Drawing
+
+// Where the pictures (0) or their errors (1) are: as large as fits.
+static box view_box(const noise *n, const canvas *c, int which) {
+    float width = 0.5f * (c->width - 3.0f * MARGIN + 16.0f), height = c->height - TOP - FOOTER;
+    float across = (float)n->run[0].settings.width, down = (float)n->run[0].settings.height;
+    float scale = scene_min(width / across, height / down);
+    box b = {0.0f, TOP, across * scale, down * scale};
+    b.x = 0.5f * c->width + (which == 0 ? -8.0f - b.width : 8.0f);
+    return b;
+}
+
+// The left part of one texture and the right part of another, with the divider between.
+static void draw_split(const noise *n, canvas *c, box b, GLuint left, GLuint right) {
+    float cut = n->divider, x = b.x + cut * b.width;
+    const float at[2][4] = {{b.x, b.y, cut * b.width, b.height}, {x, b.y, (1.0f - cut) * b.width, b.height}};
+    const float uv[2][4] = {{0.0f, 0.0f, cut, 1.0f}, {cut, 0.0f, 1.0f, 1.0f}};
+    canvas_image(c, left, at[0], uv[0], 0xffffffffu);
+    canvas_image(c, right, at[1], uv[1], 0xffffffffu);
+    canvas_rectangle(c, x - 1.5f, b.y, 3.0f, b.height, 0xffffffffu);
+    canvas_point(c, x, b.y + 0.5f * b.height, 9.0f, 0xffffffffu);
+    canvas_line(c, x - 2.0f, b.y + 0.5f * b.height - 4.0f, x - 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
+    canvas_line(c, x + 2.0f, b.y + 0.5f * b.height - 4.0f, x + 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
+}
+
+static void draw_label(canvas *c, float x, float y, int side, unsigned colour, const char *text) {
+    float width = canvas_text_width(c, 19.0f, text) + 16.0f;
+    canvas_rectangle(c, side == CANVAS_LEFT ? x : x - width, y, width, 27.0f, 0x12151bb0u);
+    canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);
+}
+
+static const char *resampled_name(const noise *n) {
+    return n->light_aware ? "resampled, told of the light" : "resampled";
+}
+
+static void draw_run(const noise *n, canvas *c, int which, float x, float y, int side) {
+    const run *r = &n->run[which];
+    char text[160];
+    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : resampled_name(n), n->relative_mse[which]);
+    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : resampled_name(n));
+    canvas_text(c, x, y, 19.0f, side, which == PLAIN ? TEXT : CHOSEN, text);
+    snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s", (double)r->spp + (double)r->row / r->settings.height,
+             r->seconds);
+    canvas_text(c, x, y + 22.0f, 14.0f, side, QUIET, text);
+    snprintf(text, sizeof text, "%.2f million points shaded", 1e-6 * (double)r->work.shaded);
+    canvas_text(c, x, y + 41.0f, 14.0f, side, QUIET, text);
+}
+
+static void draw_colours(const noise *n, canvas *c, float right, float y) {
+    char text[32];
+    window_colour_bar(c, right - 200.0f, y, 200.0f, 12.0f);
+    canvas_text(c, right - 210.0f, y + 11.0f, 13.5f, CANVAS_RIGHT, QUIET,
+                "error of a pixel, over the mean of the object:  0");
+    snprintf(text, sizeof text, "%.0f %%", 100.0 * (double)n->worst);
+    canvas_text(c, right + 8.0f, y + 11.0f, 13.5f, CANVAS_LEFT, QUIET, text);
+}
+
+static void draw_reference(const noise *n, canvas *c, float x, float y) {
+    char text[200];
+    double plain = n->relative_mse[PLAIN], resampled = n->relative_mse[RESAMPLED];
+    const char *price = n->same_time ? "in the same time" : "for the same number of shaded points";
+    text[0] = '\0';
+    if (resampled > 0.0 && plain > resampled) {
+        snprintf(text, sizeof text, "%.1f times less error %s", plain / resampled, price);
+    } else if (plain > 0.0 && resampled > 0.0) {
+        snprintf(text, sizeof text, "%.1f times more error %s", resampled / plain, price);
+    }
+    canvas_text(c, x, y, 19.0f, CANVAS_RIGHT, CHOSEN, text);
+    canvas_text(c, x, y + 22.0f, 14.0f, CANVAS_RIGHT, QUIET, "Error: relative mean square over the object, against");
+    snprintf(text, sizeof text, "brute force, so far %u samples a pixel; its own noise cancels out of the number",
+             n->run[HALF].spp + n->run[OTHER_HALF].spp);
+    canvas_text(c, x, y + 41.0f, 14.0f, CANVAS_RIGHT, QUIET, n->against ? n->against : text);
+}
+
+static void draw_keys(noise *n, canvas *c, float y) {
+    float x = window_first_keys(&n->w, MARGIN, y);
+    x = canvas_key(c, x, y, 'L', n->light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
+    x = canvas_key(c, x, y, 'D', n->opener_runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
+    x = canvas_key(c, x, y, 'R', "restart");
+    x = window_last_keys(&n->w, x, y);
+    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, n->w.note);
+}
+
+static void draw(noise *n, canvas *c) {
+    char text[200];
+    canvas_begin(c, PAGE);
+    const box b = view_box(n, c, 0), e = view_box(n, c, 1);
+    for (int i = PLAIN; i <= RESAMPLED; i++) {
+        run *r = &n->run[i];
+        canvas_upload(c, &r->shown_texture, r->shown.width, r->shown.height, 3, r->shown.rgb, 1);
+        canvas_upload(c, &r->error_texture, r->error.width, r->error.height, 3, r->error.rgb, 1);
+    }
+    canvas_text(c, b.x, 38.0f, 28.0f, CANVAS_LEFT, TEXT,
+                n->same_time ? "Rendered in the same time: which is noisier?"
+                             : "The same number of shaded points: which is noisier?");
+    snprintf(
+        text, sizeof text,
+        "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
+        "the one it picks. Drag the line.",
+        n->w.candidates);
+    canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
+    draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
+    draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
+    draw_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
+    draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
+    draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
+    draw_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
+    if (n->measured > 0.0)
+        draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
+    else
+        canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,
+                    "the first pass is under way");
+    draw_run(n, c, PLAIN, b.x, b.y + b.height + 26.0f, CANVAS_LEFT);
+    draw_run(n, c, RESAMPLED, b.x + b.width, b.y + b.height + 26.0f, CANVAS_RIGHT);
+    draw_reference(n, c, e.x + e.width, e.y + e.height + 26.0f);
+    if (!n->w.headless) draw_keys(n, c, c->height - 14.0f);
+}
+
+// ---- The window
+
+// Returns 0 for the key that ends the program.
+static int press_key(noise *n, int code) {
+    window_change change = window_key(&n->w, code);
+    if (change == WINDOW_SCENE || change == WINDOW_PROFILE) n->against = NULL, set_scene(n);
+    if (change == WINDOW_CANDIDATES) restart(n, 0);
+    if (code == 'L') n->light_aware = !n->light_aware, restart(n, 0);
+    if (code == 'T') n->same_time = !n->same_time;
+    if (code == 'D') switch_device(n);
+    if (code == 'R') restart(n, 1);
+    return change != WINDOW_QUIT;
+}
+
+static void drag(noise *n, const canvas *c, const canvas_event *event) {
+    for (int i = 0; i < 2; i++) {
+        const box b = view_box(n, c, i);
+        if (event->x < b.x - 20.0f || event->x > b.x + b.width + 20.0f) continue;
+        n->divider = scene_max(0.0f, scene_min(1.0f, (event->x - b.x) / b.width));
+        if (event->x <= b.x + b.width) return;
+    }
+}
+
+static int handle(noise *n, canvas *c) {
+    canvas_event event;
+    while (canvas_next_event(c, &event)) {
+        if (event.kind == CANVAS_KEY && !press_key(n, event.code)) return 0;
+        if (event.kind == CANVAS_PRESS) n->dragging = event.y > TOP && event.y < c->height - FOOTER;
+        if (event.kind == CANVAS_RELEASE) n->dragging = 0;
+        if (n->dragging && (event.kind == CANVAS_PRESS || event.kind == CANVAS_MOVE)) drag(n, c, &event);
+    }
+    return !canvas_closing(c);
+}
+
+static void run_window(noise *n, canvas *c) {
+    while (handle(n, c)) {
+        int which = 0, asked = 0;
+        end_opening(n);
+        for (double end = now() + REFRESH; which >= 0 && !asked && now() < end; asked = canvas_poll(c, 0.0)) {
+            which = next_run(n);
+            if (which >= 0) render_slice(n, which);
+        }
+        if (now() - n->measured > 0.2) measure(n);
+        draw(n, c);
+        canvas_show(c);
+        canvas_poll(c, which < 0 ? REFRESH : 0.0);
+    }
+    printf("the window went %.0f ms without an answer at most\n", 1e3 * c->longest);
+    if (!n->opener_runs) return;
+    glfwHideWindow(c->window); // a device that is being opened cannot be stopped
+    pthread_join(n->opener, NULL);
+    device_close(&n->opening);
+}
+
+// ---- Command line
+
+// How many words the option takes.
+static int parse_option(noise *n, const char *name, const char *value) {
+    static const char *const names[] = {"--device", "--against", "--spp", "--reference"};
+    int taken = window_option(&n->w, usage, name, value);
+    if (taken) return taken;
+    if (strcmp(name, "--light-aware") == 0) return n->light_aware = 1;
+    if (strcmp(name, "--same-time") == 0) return n->same_time = 1;
+    switch (option_index(names, 4, name, value)) {
+    case 0:
+        n->device = value;
+        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
+        break;
+    case 1: n->against = value; break;
+    case 2: n->spp = (uint32_t)parse_number(name, value, 1, 1000000); break;
+    case 3: n->reference = (uint32_t)parse_number(name, value, 2, 1000000); break;
+    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    }
+    return 2;
+}
+
+static void make_pictures(noise *n) {
+    int width = WIDTH, height = HEIGHT;
+    image against = {0, 0, NULL};
+    const char *wrong = n->against ? image_read_pfm(&against, n->against, NULL, 0) : NULL;
+    if (wrong) fail(2, "cannot read %s: %s", n->against, wrong);
+    if (n->against) width = against.width, height = against.height;
+    n->mask = (unsigned char *)malloc((size_t)width * (size_t)height);
+    int good = n->mask != NULL;
+    for (int i = 0; i < RUNS; i++) {
+        run *r = &n->run[i];
+        good &= image_new(&r->sum, width, height) && image_new(&r->mean, width, height);
+        if (i < HALF)
+            good &= image_bytes_new(&r->shown, width, height, 0) && image_bytes_new(&r->error, width, height, 0);
+        r->settings.width = width;
+        r->settings.height = height;
+        if (i < HALF || !n->against) continue;
+        memcpy(r->mean.rgb, against.rgb, image_count(width, height) * sizeof *against.rgb);
+        r->spp = 1;
+    }
+    if (!good) fail(1, "out of memory");
+    free(against.rgb);
+}
+
+static void free_pictures(noise *n) {
+    for (int i = 0; i < RUNS; i++) {
+        free(n->run[i].sum.rgb);
+        free(n->run[i].mean.rgb);
+        free(n->run[i].shown.rgb);
+        free(n->run[i].error.rgb);
+    }
+    free(n->mask);
+}
+
+static void render_headless(noise *n, canvas *c) {
+    for (int which; (which = next_run(n)) >= 0;) render_slice(n, which);
+    measure(n);
+    draw(n, c);
+    window_save(&n->w);
+}
+
+int main(int count, char **words) {
+    static noise n;
+    canvas *c = &n.w.c;
+    window_defaults(&n.w);
+    n.spp = 4;
+    n.reference = 48;
+    n.divider = 0.5f;
+    n.device = "cpu";
+    for (int i = 1; i < count;) i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
+    const char *wrong = image_check_writable(n.w.png);
+    if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
+    make_pictures(&n);
+    set_scene(&n);
+    pthread_mutex_init(&n.lock, NULL);
+    sss_cl_result opened = device_open(&n.devices, n.device);
+    if (opened != SSS_CL_OK) fail((int)opened, "%s", n.devices.error);
+    wrong = canvas_open(c, "noise", n.w.headless, n.w.width, n.w.height, 1280.0f, 720.0f);
+    if (!wrong && n.w.headless) render_headless(&n, c);
+    if (!wrong && !n.w.headless) run_window(&n, c);
+    canvas_close(c);
+    device_close(&n.devices);
+    free_pictures(&n);
+    if (wrong) fail(3, "%s", wrong);
+    return 0;
+}
