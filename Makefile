@@ -63,6 +63,9 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard d
     build/sss_cl_source.h
 	$(TEST_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lcmocka -lm
 
+build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
+	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
+
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
