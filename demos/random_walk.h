@@ -71,7 +71,7 @@ static inline sss_vec3 walk_isotropic(tracer_random *random) {
     return scene_vec(r * cosine, r * sine, z);
 }
 
-// 1 and where the walk leaves, or 0 when it is absorbed.
+// 1 and where the walk leaves, or 0 when it is absorbed; exit->scatterings either way.
 static inline int walk_lookup(const scene *s, const walk_medium *m, sss_vec3 x, sss_vec3 normal, int shape,
                               tracer_random *random, walk_exit *exit) {
     double path[3] = {1.0, 1.0, 1.0}, light[3] = {1.0, 1.0, 1.0}; // p_c / p_hero, and albedo^n over chances to live on
@@ -82,6 +82,7 @@ static inline int walk_lookup(const scene *s, const walk_medium *m, sss_vec3 x, 
         float want = (float)(-log(1.0 - (double)tracer_next(random)) / m->extinction[hero]);
         float length = walk_along(s, x, d, want, &shape);
         double weight[3], most = 0.0;
+        exit->scatterings = n;
         x = scene_along(x, d, length);
         for (int c = 0; c < 3; c++) {
             path[c] *= exp((m->extinction[hero] - m->extinction[c]) * (double)length);
@@ -97,7 +98,6 @@ static inline int walk_lookup(const scene *s, const walk_medium *m, sss_vec3 x, 
             exit->position = x;
             exit->normal = scene_normal(&s->shape[shape], x);
             exit->shape = shape;
-            exit->scatterings = n;
             for (int c = 0; c < 3; c++) exit->weight[c] = (float)weight[c];
             return 1;
         }

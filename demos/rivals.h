@@ -56,7 +56,7 @@ typedef struct rivals_entry {
 } rivals_entry;
 
 typedef struct rivals_work {
-    long long probes, shaded;
+    long long probes, shaded; // the walk's probes are its straight segments
 } rivals_work;
 
 // ---- The shader
@@ -162,7 +162,9 @@ static inline void rivals_walk_lookup(const rivals_world *w, rivals_entry at, ui
     tracer_random random = tracer_random_begin(seed, 0u, 0u);
     walk_exit exit;
     value[0] = value[1] = value[2] = 0.0;
-    if (!walk_lookup(&w->s, &w->volume, at.position, at.normal, at.shape, &random, &exit)) return;
+    int leaves = walk_lookup(&w->s, &w->volume, at.position, at.normal, at.shape, &random, &exit);
+    work->probes += exit.scatterings + 1;
+    if (!leaves) return;
     tracer_point point = {exit.position, exit.normal, exit.position, exit.shape};
     sss_vec3 light = rivals_shade(w, point, seed);
     work->shaded++;
@@ -213,7 +215,7 @@ static inline void rivals_lookup(const rivals_world *w, const rivals_method *m, 
 // ---- Brute force: area points over the whole object
 
 #define RIVALS_COSTS 4
-static const int rivals_octaves[RIVALS_COSTS] = {0, 8, 64, 512};
+static const int rivals_octaves[RIVALS_COSTS] = {0, 64, 512, 4096};
 
 typedef struct rivals_truth {
     double mean[RIVALS_COSTS][3], variance[RIVALS_COSTS][3]; // of the mean
