@@ -1,12 +1,14 @@
-# chart.awk - what chart.gp draws: medians over the repeats of chart.csv, times to a given error, frontiers, best numbers
-# of candidates, and the findings that the titles state. Use: awk -v out=build/chart -f demos/chart.awk build/chart.csv
+# chart.awk - what chart.gp draws: medians over the repeats of chart.csv, times to a given error, frontiers, best
+# numbers of candidates, and the findings that the titles state.
+# Use: awk -v out=build/chart -f demos/chart.awk build/chart.csv
 # SPDX-License-Identifier: MIT
 BEGIN {
     FS = ","
     TARGET = 0.05  # relative error
     BUDGET = 2e-4  # seconds a pixel
     scenes = split("sphere slab corner needles bear", scene, " ")
-    methods = split("disk three-axes sphere disk-sphere chord memo ours told planned planned-told cloud walk", method, " ")
+    methods = split("disk three-axes sphere disk-sphere chord memo ours told planned planned-told cloud walk", method,
+                    " ")
 }
 /^# chart/ { machine = $0; sub(/.*CPU time on /, "", machine); next }
 /^scene/ { for (i = 1; i <= NF; i++) column[$i] = i; next }
@@ -14,10 +16,11 @@ BEGIN {
     key = $1 "," $2 "," $3 "," $4 "," $5
     if (!(key in count)) order[++keys] = key
     n = ++count[key]
-    take("seconds"); take("variance"); take("bias"); take("build_seconds"); take("bytes"); take("shading_over_probe")
-    take("candidates"); take("dmfp"); take("reference_error"); take("probes")
+    take("seconds"); take("variance"); take("build_seconds"); take("bytes"); take("shading_over_probe")
+    take("candidates"); take("dmfp"); take("reference_error")
     for (l = 1; l <= 1024; l *= 4) take("error_" l)
     pixels[$1] = $column["pixels"]
+    if ($4 == "cloud" && $5 + 0 > clouds) clouds = $5 + 0 # the finest
     if (n > repeats) repeats = n
     sizes[$2]; costs[$3]; setting[$4, $5]
 }
@@ -44,6 +47,19 @@ function row(s, size, cost, m, set) { return s "," size "," cost "," m "," set }
 function mean(key, name,    i, sum) {
     for (i = 1; i <= count[key]; i++) sum += raw[key, name, i]
     return sum / count[key]
+}
+# Greatest less least time over the median of the repeats; of that the median over all rows.
+function scatter(    k, i, n, list, low, high) {
+    for (k = 1; k <= keys; k++) {
+        low = high = raw[order[k], "seconds", 1]
+        for (i = 2; i <= count[order[k]]; i++) {
+            if (raw[order[k], "seconds", i] < low) low = raw[order[k], "seconds", i]
+            if (raw[order[k], "seconds", i] > high) high = raw[order[k], "seconds", i]
+        }
+        list[++n] = (high - low) / get(order[k], "seconds")
+    }
+    sort(list, n)
+    return list[int((n + 1) / 2)]
 }
 function time(key,    s) { # of one lookup; a cloud is shared by the pixels that see the object
     split(key, s, ",")
@@ -154,16 +170,21 @@ function frontier(file, ts, es, n,    i, j, t, e, best) {
         line(file, sprintf("%.5g %.5g", ts[i], es[i]))
     }
 }
-# The walk's truth against the profile's, the noise of both taken off.
-function model_error(s, size, cost,    key, e) {
+# The walk's truth against the profile's, the noise of both taken off. What is left below a tenth of that noise's square
+# is not known, and stands as that.
+function model_error(s, size, cost,    key, noise, e) {
     key = row(s, size, cost, "walk", 0)
-    if (!(key in count)) return 0
-    e = mean(key, "error_1024") ^ 2 - mean(key, "variance") / 1024 - get(key, "reference_error") ^ 2
-    return e > 0 ? sqrt(e) : 0
+    noise = mean(key, "variance") / 1024 + get(key, "reference_error") ^ 2
+    e = mean(key, "error_1024") ^ 2 - noise
+    if (e <= 0.1 * noise) unknown = 1
+    return sqrt(e > 0.1 * noise ? e : 0.1 * noise)
 }
 
 # ---- Best M: the peak of a parabola over log2 M through the best power of two and its neighbours
-function efficiency(s, cost, m, M,    key) { key = row(s, 1, cost, m, M); return 1 / (mean(key, "variance") * time(key)) }
+function efficiency(s, cost, m, set,    key) {
+    key = row(s, 1, cost, m, set)
+    return 1 / (mean(key, "variance") * time(key))
+}
 function best_m(s, cost, m,    k, e, a, b, c, top, d) {
     for (k = top = 0; k <= 6; k++) {
         e[k] = log(efficiency(s, cost, m, 2 ^ k))
@@ -204,34 +225,39 @@ function write_best(    i, c, k, M, t, names, n, key) {
         }
     }
     line("best", "\n\n# planned")
-    for (c = 1; c <= ncosts; c++)
-        line("best", sprintf("%.4g %d", ratio(scene[1], cost[c]), get(row(scene[1], 1, cost[c], "planned", 0), "candidates")))
+    for (c = 1; c <= ncosts; c++) {
+        M = get(row(scene[1], 1, cost[c], "planned", 0), "candidates")
+        line("best", sprintf("%.4g %d", ratio(scene[1], cost[c]), M))
+    }
 }
-# ---- The plan against the frontier of what knows as much: efficiency over the best of all exact probe methods
-function write_plan(    i, c, k, told, key, own, best, part, e, known, against) {
+# ---- The plan against the frontier of what knows as much: its efficiency over that of the best exact method, and of
+# the best whose weights are bounded
+function write_plan(    i, c, k, told, key, own, best, bounded, part, e, known, against) {
     for (told = 0; told < 2; told++) {
         known = told ? "^(told|three-axes|disk-sphere|chord|memo|ours)$" : "^(three-axes|disk-sphere|chord|memo|ours)$"
         line("plan", "\n\n# " (told ? "told" : "ours"))
         lowest[told] = 1
         for (i = 1; i <= scenes; i++) for (c = 1; c <= ncosts; c++) {
             key = row(scene[i], 1, cost[c], told ? "planned-told" : "planned", 0)
-            own = 1 / (mean(key, "variance") * time(key))
+            own = efficiency(scene[i], cost[c], told ? "planned-told" : "planned", 0)
             best_m(scene[i], cost[c], told ? "told" : "ours")
-            best = peak
+            best = bounded = peak
             against = told ? "told" : "ours"
             for (k = 1; k <= keys; k++) {
                 split(order[k], part, ",")
                 if (part[1] != scene[i] || part[2] != 1 || part[3] != cost[c] || part[4] !~ known) continue
-                e = 1 / (mean(order[k], "variance") * time(order[k]))
+                e = efficiency(scene[i], cost[c], part[4], part[5])
                 if (e > best) { best = e; against = part[4] "-" part[5] }
+                if (e > bounded && part[4] ~ /^(ours|told|chord)$/) bounded = e
             }
             plans[told]++
+            if (own >= 0.8 * bounded) close_to[told]++
             if (own >= 0.8 * best) near[told]++
             if (own / best < lowest[told]) lowest[told] = own / best
             e = own / efficiency(scene[i], cost[c], told ? "told" : "ours", 8)
             if (e < 1) behind[told]++
-            line("plan", sprintf("%.4g %.4g %d %s %s %.4g", ratio(scene[i], cost[c]), own / best,
-                                 get(key, "candidates"), scene[i], against, e))
+            line("plan", sprintf("%.4g %.4g %.4g %.4g %d %s %s", ratio(scene[i], cost[c]), own / best, own / bounded, e,
+                                 get(key, "candidates"), scene[i], against))
         }
     }
 }
@@ -254,13 +280,14 @@ function write_size(    i, k, z, n, list, x, xs, e) {
     }
     line("size", "\n\n# model")
     for (z = 1; z <= nsizes; z++) {
+        unknown = 0
         for (i = 1; i <= scenes; i++) {
             xs[i] = get(row(scene[i], size[z], 64, "ours", 8), "dmfp")
-            list[i] = model_error(scene[i], size[z], 64) + 1e-6
+            list[i] = model_error(scene[i], size[z], 64)
         }
         x = spread(xs, scenes); e = spread(list, scenes)
         line("size", sprintf("%.4g %.4g %.4g %.4g", x, e, low, high))
-        size_y["model", z] = e
+        size_y["model", z] = unknown ? 0 : e
     }
 }
 # ---- Findings
@@ -277,7 +304,8 @@ function crossing(name, other, x, y, n,    i, a, b) {
 function findings_when(    c, i, x, low, high, text, pays) {
     for (c = 1; c <= ncosts; c++) {
         x[c] = mean_ratio(cost[c])
-        when["plain", c] = when["disk-sphere", c] < when["three-axes", c] ? when["disk-sphere", c] : when["three-axes", c]
+        when["plain", c] = when["three-axes", c]
+        if (when["disk-sphere", c] < when["plain", c]) when["plain", c] = when["disk-sphere", c]
         i = when["plain", c] / when["told", c]
         if (c == 1 || i < low) low = i
         if (c == 1 || i > high) high = i
@@ -310,22 +338,25 @@ function firsts(cost, target,    i, k, t, best, first, wins, text, saved) {
         if (method[k] in wins) text = text (text == "" ? "" : ", ") name_of(method[k]) " in " wins[method[k]]
     return sprintf("to %g %% %s", 100 * target, text)
 }
-function name_of(m) { return m == "cloud" ? "the cloud" : m == "disk-sphere" ? "plain disk or sphere" : m == "three-axes" ? "plain axes" : m == "told" ? "ours told" : m }
-function findings_size(    z, n, x, y, a, b) {
+function name_of(m) {
+    if (m == "cloud") return "the cloud"
+    if (m == "disk-sphere") return "plain disk or sphere"
+    if (m == "three-axes") return "plain axes"
+    return m == "told" ? "ours told" : m
+}
+function findings_size(    z, x, y, cloud, model, text) {
     for (z = 1; z <= nsizes; z++) {
         x[z] = size_x[z]
         y["cloud", z] = ("cloud", z) in size_y ? size_y["cloud", z] : 1
         y["told", z] = size_y["told", z]
-        y["model", z] = 1 / size_y["model", z]
-        y["noise", z] = 1 / size_y["told", z]
+        if (!model && size_y["model", z] > y["told", z]) model = x[z]
     }
-    a = crossing("cloud", "told", x, y, nsizes)
-    b = crossing("model", "noise", x, y, nsizes)
-    n = row(scene[scenes], 1, cost[1], "cloud", 65536)
-    title("size_title", sprintf("A point cloud (up to %.1f MB) falls behind where the dmfp is below %.2g radii of the object;\\n", get(n, "bytes") / 1e6, a) \
-          (b > x[1] ? sprintf("above %.2g", b) : "at every size") " the profile itself is further from the truth than our noise.")
+    cloud = crossing("cloud", "told", x, y, nsizes)
+    text = sprintf("A point cloud (up to %.1f MB) falls behind where the dmfp is below %.2g radii of the object;",
+                   get(row(scene[scenes], 1, cost[1], "cloud", clouds), "bytes") / 1e6, cloud)
+    title("size_title", text sprintf("\\nfrom %.2g on the profile itself is further from the truth than our noise.", model))
 }
-function findings_model(    l, v, b, d, e, k) {
+function findings_model(    l, v, b, d, k, lo, hi, text) {
     for (k = 1; k <= 2; k++) lo[k] = lo[k, "d"] = 9
     while ((getline l < (out "-model.dat")) > 0) {
         if (split(l, v, " ") != 7 || v[1] !~ /^[0-9]/) continue
@@ -338,7 +369,11 @@ function findings_model(    l, v, b, d, e, k) {
         if (d > hi[k, "d"]) hi[k, "d"] = d
     }
     close(out "-model.dat")
-    title("model_title", sprintf("Burley's profile misplaces %.0f to %.0f %% of the light at matched indices and %.0f to %.0f %% at 1.4;\\nthe better of the dipoles %.0f to %.0f %% and %.0f to %.0f %%.", 100 * lo[1], 100 * hi[1], 100 * lo[2], 100 * hi[2], 100 * lo[1, "d"], 100 * hi[1, "d"], 100 * lo[2, "d"], 100 * hi[2, "d"]))
+    for (k in lo) { lo[k] *= 100; hi[k] *= 100 }
+    text = "Burley's profile misplaces %.0f to %.0f %% of the light at matched indices and %.0f to %.0f %% at 1.4;"
+    text = sprintf(text, lo[1], hi[1], lo[2], hi[2])
+    title("model_title", text sprintf("\\nthe better of the dipoles %.0f to %.0f %% and %.0f to %.0f %%.",
+                                      lo[1, "d"], hi[1, "d"], lo[2, "d"], hi[2, "d"]))
 }
 # The step in brightness where the plan turns to Lambert: means over 15 columns on either side, and their noise.
 function findings_seam(    l, v, n, i, x, y, mode, turn, s, q, m, k) {
@@ -355,15 +390,25 @@ function findings_seam(    l, v, n, i, x, y, mode, turn, s, q, m, k) {
         v[k] = (q / 15 - m[k] * m[k]) / 14
     }
     s = 100 * (m[0] / m[1] - 1)
-    title("seam_title", sprintf("%s where the plan turns to Lambert, at a dmfp of %.2g pixels:\\nthe step in brightness is %.2f ± %.2f %%.", s * s < 0.25 ? "No seam" : "A seam", x[turn], s, 100 * sqrt(v[0] + v[1])))
+    title("seam_title", sprintf("%s where the plan turns to Lambert, at a dmfp of %.2g pixels:", \
+                                s * s < 0.25 ? "No seam" : "A seam", x[turn]) \
+          sprintf("\\nthe step in brightness is %.2f ± %.2f %%.", s, 100 * sqrt(v[0] + v[1])))
     title("seam_turn", sprintf("%.4g", x[turn]))
 }
-function write_titles(    c) {
+function write_titles(    c, text) {
     findings_when(); findings_size(); findings_model(); findings_seam()
-    title("best_title", sprintf("The best number of candidates grows with the cost of shading as theory says,\\nwithin a factor of %.1f, and of %.1f when told of the light.", worst["ours"], worst["told"]))
-    title("plan_title", sprintf("The plan is within 20 %% of the best method in %d of %d cases, told of the light in %d of %d;\\nat worst it reaches %.0f and %.0f %% of it.", near[0], plans[0], near[1], plans[1], 100 * lowest[0], 100 * lowest[1]))
-    for (c = 1; c <= ncosts; c++)
-        title("error_title_" cost[c], sprintf("Error over CPU time of a pixel; shading costs %.2g probes.\\nFirst of five scenes: %s; %s.", mean_ratio(cost[c]), firsts(cost[c], 0.1), firsts(cost[c], 0.01)))
+    text = "The best number of candidates grows with the cost of shading as theory says,"
+    title("best_title", text sprintf("\\nwithin a factor of %.1f, and of %.1f when told of the light.", worst["ours"],
+                                     worst["told"]))
+    text = sprintf("The plan is within 20 %% of the best bounded method in %d of %d cases, of the best of all in %d;",
+                   close_to[0], plans[0], near[0])
+    text = text sprintf("\\ntold of the light, which it does not know, in %d and %d.", close_to[1], near[1])
+    title("plan_title", text sprintf(" It is slower than the default in %d and %d.", behind[0], behind[1]))
+    for (c = 1; c <= ncosts; c++) {
+        text = sprintf("Error over CPU time of a pixel; shading costs %.2g probes.", mean_ratio(cost[c]))
+        title("error_title_" cost[c], text sprintf("\\nFirst of five scenes: %s; %s.", firsts(cost[c], 0.1),
+                                                   firsts(cost[c], 0.01)))
+    }
 }
 END {
     # Only what all scenes have: a chart of an unfinished run shows the part that is done.
@@ -374,7 +419,8 @@ END {
     for (s in sizes) size[++nsizes] = s + 0
     sort(size, nsizes)
     write_when(); write_error(); write_best(); write_plan(); write_size()
-    title("machine", "CPU time of one thread, " machine)
+    title("machine", sprintf("CPU time of one thread, %s; medians of %d, which spread by %.0f %%", machine, repeats,
+                             100 * scatter()))
     for (i = 1; i <= scenes; i++) title("model_" scene[i], sprintf("%.4g", model_error(scene[i], 1, 64)))
     write_titles()
 }
