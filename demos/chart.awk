@@ -331,19 +331,13 @@ function firsts(cost, target,    i, k, t, best, first, wins, text, saved) {
             t = least(scene[i], 1, cost, method[k])
             if (t > 0 && (best == 0 || t < best)) { best = t; first = method[k] }
         }
-        wins[first]++
+        wins[name_of(first)]++
     }
     TARGET = saved
-    for (k = 1; k <= methods; k++)
-        if (method[k] in wins) text = text (text == "" ? "" : ", ") name_of(method[k]) " in " wins[method[k]]
+    for (k in wins) text = text (text == "" ? "" : ", ") k " in " wins[k]
     return sprintf("to %g %% %s", 100 * target, text)
 }
-function name_of(m) {
-    if (m == "cloud") return "the cloud"
-    if (m == "disk-sphere") return "plain disk or sphere"
-    if (m == "three-axes") return "plain axes"
-    return m == "told" ? "ours told" : m
-}
+function name_of(m) { return m == "disk-sphere" || m == "three-axes" ? "plain" : m == "told" ? "ours told" : m }
 function findings_size(    z, x, y, cloud, model, text) {
     for (z = 1; z <= nsizes; z++) {
         x[z] = size_x[z]

@@ -62,7 +62,7 @@ do for [format in "png svg"] {
         data = out."-error-".cost.".dat"
         set multiplot layout 2, 3 title value("error_title_".cost) offset 0, -0.2 \
             margins 0.075, 0.985, 0.1, 0.87 spacing 0.065, 0.13
-        set xrange [0.4:30000]; set yrange [0.004:3]
+        set xrange [0.3:30000]; set yrange [0.004:3]
         set xtics ("1 µs" 1, "10" 10, "100" 100, "1 ms" 1000, "10" 10000)
         set ytics ("1 %%" 0.01, "10 %%" 0.1, "100 %%" 1)
         unset xlabel; unset ylabel
