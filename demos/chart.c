@@ -28,7 +28,7 @@ static const char usage[] =
     "  --quick      few lookups: checks that all works, its figures say nothing\n"
     "  --help\n"
     "\n"
-    "Ctrl-C keeps the finished rows, and the next run goes on from there.\n";
+    "Ctrl-C keeps the finished rows, and the next run of the same program goes on from there.\n";
 
 typedef struct chart_settings {
     const char *name;
@@ -275,6 +275,15 @@ static const char *machine(void) {
     return name;
 }
 
+// Names this very program (FNV-1a of its file), so that rows of another header or compiler are not mixed in.
+static unsigned program_hash(void) {
+    uint32_t hash = 2166136261u;
+    FILE *f = fopen("/proc/self/exe", "rb");
+    for (int c; f && (c = fgetc(f)) != EOF;) hash = (hash ^ (uint32_t)c) * 16777619u;
+    if (f) fclose(f);
+    return hash;
+}
+
 static void remember(chart_file *f, const char *line) {
     size_t length = 0;
     for (int commas = 0; line[length] && commas < 6; length++) commas += line[length] == ',';
@@ -291,21 +300,25 @@ static int is_known(const chart_file *f, const char *key) {
     return 0;
 }
 
-// Reads the finished rows, cuts off one that was torn, and stays open for more. Rows of other settings or another
-// machine are not mixed in.
+// Reads the finished rows, cuts off one that was torn, and stays open for more. Rows of other settings, another
+// program or another machine are refused.
 static void open_file(chart_file *f, const char *path, const chart_settings *settings) {
     char line[1024], head[256];
     long whole = 0;
     int n = 0;
     memset(f, 0, sizeof *f);
-    snprintf(head, sizeof head, "# chart %s, CPU time on %s\n", settings->name, machine());
+    snprintf(head, sizeof head, "# chart %s, program %08x, CPU time on %s\n", settings->name, program_hash(),
+             machine());
     f->file = fopen(path, "a+");
     if (!f->file) fail(2, "cannot write %s: %s", path, strerror(errno));
     rewind(f->file);
     for (; fgets(line, sizeof line, f->file) && strchr(line, '\n'); n++) {
         whole = ftell(f->file);
         if (n == 0 && strcmp(line, head) != 0)
-            fail(2, "%s is of other settings or another machine; name another file or remove it", path);
+            fail(
+                2,
+                "%s was measured by another program, with other settings or elsewhere: name another file, or remove it",
+                path);
         if (n > 1) remember(f, line);
     }
     if (ftruncate(fileno(f->file), whole) != 0) fail(1, "cannot cut %s: %s", path, strerror(errno));

@@ -1,7 +1,7 @@
 #!/bin/bash
-# chart --quick does what the long one does: all rows, sane numbers, unbiased methods with the mean of brute force; it goes
-# on where it was interrupted; the charts are drawn. Its timings say nothing and are not looked at. Run from the top of
-# the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
+# chart --quick does what the long one does: all rows, sane numbers, unbiased methods with the mean of brute force; it
+# goes on where it was interrupted; the charts are drawn. Its timings say nothing and are not looked at. Run from the
+# top of the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
 set -u
 build=${BUILD:-build}
 . tests/check.sh
@@ -78,7 +78,7 @@ nothing_left_to_do() {
 # Every scene, every cost of shading, every method with all its settings, once; every field a number.
 rows_are_complete() {
     awk -F, '
-        NR == 1 { if ($0 !~ /^# chart quick, CPU time on /) bad = "head"; next }
+        NR == 1 { if ($0 !~ /^# chart quick, program [0-9a-f]+, CPU time on /) bad = "head"; next }
         NR == 2 { for (i = 1; i <= NF; i++) column[$i] = i; columns = NF; next }
         {
             key = $1 "," $2 "," $3 "," $4 "," $5 "," $6
@@ -95,7 +95,8 @@ rows_are_complete() {
             split("sphere slab corner needles bear", scene, " ")
             split("0 64 512 4096", cost, " ")
             for (s = 1; s <= 5; s++) {
-                for (c = 1; c <= 4; c++) if (n[scene[s] " 1 " cost[c]] != 29) bad = scene[s] " at " cost[c] ": rows missing"
+                for (c = 1; c <= 4; c++)
+                    if (n[scene[s] " 1 " cost[c]] != 29) bad = scene[s] " at " cost[c] ": rows missing"
                 if (n[scene[s] " 0.0625 64"] != 12) bad = scene[s] " at its smaller dmfp: rows missing"
             }
             if (bad) print bad
@@ -103,9 +104,10 @@ rows_are_complete() {
         }' "$csv"
 }
 
-# The mean of each exact method is that of brute force: each row by itself at |z| < 5, with 540 rows a false alarm in 3e-4
-# of all choices of seeds; and the mean of a method over all its rows, as if the rows of a scene told the same (they share
-# the reference), with 8 methods 5e-6. The seeds are fixed. A bias of 5 % in ours and of 11 % in chords is seen by the latter.
+# The mean of each exact method is that of brute force: each row by itself at |z| < 5, with 540 rows a false alarm in
+# 3e-4 of all choices of seeds; and the mean of a method over all its rows, as if the rows of a scene told the same
+# (they share the reference), with 8 methods 5e-6. The seeds are fixed. A bias of 5 % in ours and of 11 % in chords is
+# seen by the latter.
 means_agree() {
     awk -F, '
         NR == 2 { for (i = 1; i <= NF; i++) column[$i] = i }
