@@ -13,14 +13,15 @@ CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_k
 WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
-PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core ocl-icd-opencl-dev pocl-opencl-icd oclgrind \
-    libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
+PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
+    pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
+CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix chart bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -30,6 +31,7 @@ help:
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
+	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make bench         lookups a second on the CPU and on an OpenCL device'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
@@ -65,12 +67,18 @@ build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 
+build/chart build/model: build/%: demos/%.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) $< -o $@ -lm
+
 build/bench_exits: cl/bench_exits.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lm
 
 build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h \
     build/sss_cl_source.h
 	$(TEST_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lcmocka -lm
+
+build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
+	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
 
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
@@ -94,6 +102,14 @@ bench: build/bench_exits
 
 mix: build/mix
 	build/mix
+
+# Rows that build/chart.csv holds are not measured again. The README shows some of the pictures.
+chart: build/chart build/model
+	build/chart
+	build/model tests/data/mc_searchlight.csv build/chart
+	awk -v out=build/chart -f demos/chart.awk build/chart.csv
+	gnuplot -e "out='build/chart'" demos/chart.gp
+	cp build/chart.csv $(CHARTS:%=build/chart-%.png) demos/
 
 # Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
 test test-long:

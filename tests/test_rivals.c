@@ -1,0 +1,273 @@
+/* The rivals of demos/chart.c against closed forms and tables, so that the chart compares real implementations: the
+   random walk on a half space against Chandrasekhar's total and against a searchlight computed elsewhere, its shared
+   path over three channels, unions of shapes; the point cloud and brute force on the sphere and the plane.
+
+   Comparisons: 60 z-scores at |z| < 5.2: the chance that a correct program fails somewhere in this file is
+   60 * 2.0e-7 = 1.2e-5. Totals of the walk are known to 1 % or better. The point cloud is no random estimate of the
+   integral; its limits are stated where they are checked. */
+#include "sss_test.h"
+
+#include "rivals.h"
+
+#define Z_LIMIT 5.2
+#define WALKS   400000
+#define BLOCK   4000
+
+/* The half space below y = 0: a box so large that no walk meets its other faces. */
+static void half_space(scene *s, const float albedo[3], const float dmfp[3]) {
+    memset(s, 0, sizeof *s);
+    scenes_shape(s, scene_vec(0.0f, -2000.0f, 0.0f), scene_vec(2000.0f, 2000.0f, 2000.0f), 1.0f,
+                 scene_vec(0.0f, 0.0f, 0.0f));
+    assert_int_equal(sss_burley(&s->medium, albedo, dmfp), SSS_OK);
+}
+
+/* Walks in blocks: weight[c] where r0 <= r < r1, its mean over walks with the error. */
+static void walk_rings(const scene *s, const walk_medium *m, rivals_entry at, const double *radius, int rings,
+                       st_stat (*stat)[3]) {
+    int blocks = WALKS / BLOCK;
+    st_stat(*part)[32][3] = calloc((size_t)blocks, sizeof *part);
+    assert_non_null(part);
+#pragma omp parallel for schedule(dynamic)
+    for (int b = 0; b < blocks; ++b) {
+        for (int i = 0; i < BLOCK; ++i) {
+            tracer_random random = tracer_random_begin(TEST_SEED, 5u, (uint32_t)(b * BLOCK + i));
+            walk_exit exit;
+            double r = -1.0;
+            if (walk_lookup(s, m, at.position, at.normal, at.shape, &random, &exit)) {
+                sss_vec3 way = scene_sub(exit.position, at.position);
+                r = (double)scene_sqrt(scene_dot(way, way));
+            }
+            for (int k = 0; k < rings; ++k)
+                for (int c = 0; c < 3; ++c)
+                    st_add(&part[b][k][c], r >= radius[k] && r < radius[k + 1] ? (double)exit.weight[c] : 0.0);
+        }
+    }
+    memset(stat, 0, (size_t)rings * sizeof *stat);
+    for (int b = 0; b < blocks; ++b)
+        for (int k = 0; k < rings; ++k)
+            for (int c = 0; c < 3; ++c) st_merge(&stat[k][c], &part[b][k][c]);
+    free(part);
+}
+
+static rivals_entry entry_at(sss_vec3 position, sss_vec3 normal, int shape) {
+    rivals_entry at = {position, normal, shape, 1.0f};
+    return at;
+}
+
+/* One value of a table: the row that begins with `key`, its field `column`, counted from 0. */
+static double table(const char *file, const char *key, int column) {
+    char path[256], line[512];
+    FILE *f;
+    snprintf(path, sizeof path, "%s/%s", DATA_DIR, file);
+    f = fopen(path, "r");
+    if (!f) fail_msg("cannot read %s", path);
+    while (fgets(line, sizeof line, f)) {
+        char *field = line;
+        if (strncmp(line, key, strlen(key)) != 0) continue;
+        fclose(f);
+        for (; column > 0; --column) field = strchr(field, ',') + 1;
+        return strtod(field, NULL);
+    }
+    fclose(f);
+    fail_msg("%s has no row %s", path, key);
+    return 0.0;
+}
+
+static void walk_has_the_exact_total(void **state) {
+    static const char *const names[] = {"0.2", "0.5", "0.8", "0.9", "0.95", "0.99"};
+    static const double all[] = {0.0, 1e9};
+    static scene s;
+    (void)state;
+    for (int i = 0; i < 6; i += 3) { /* three channels at once: as different as they come */
+        walk_medium m = {{1.0, 1.0, 1.0},
+                         {strtod(names[i], NULL), strtod(names[i + 1], NULL), strtod(names[i + 2], NULL)}};
+        static const double sigma[3] = {1.0, 0.4, 2.5};
+        static const float half[3] = {0.5f, 0.5f, 0.5f}, one[3] = {1.0f, 1.0f, 1.0f};
+        st_stat total[1][3];
+        memcpy(m.extinction, sigma, sizeof sigma);
+        half_space(&s, half, one);
+        walk_rings(&s, &m, entry_at(scene_vec(0.0f, 0.0f, 0.0f), scene_vec(0.0f, 1.0f, 0.0f), 0), all, 1, total);
+        for (int c = 0; c < 3; ++c) {
+            char key[32];
+            snprintf(key, sizeof key, "%s,1.0,D", names[i + c]);
+            check_z(key, total[0][c].mean, st_error(&total[0][c]), table("exact_totals.csv", key, 3), 0.0, Z_LIMIT);
+        }
+    }
+}
+
+/* Rings of the searchlight: sums of eight bins, each with its own noise. */
+static void walk_has_the_searchlight(void **state) {
+    static const float half[3] = {0.5f, 0.5f, 0.5f}, one[3] = {1.0f, 1.0f, 1.0f};
+    static const walk_medium m = {{1.0, 1.0, 1.0}, {0.5, 0.8, 0.95}};
+    static const char *const names[] = {"0.5,1,D", "0.8,1,D", "0.95,1,D"};
+    static const double radius[] = {0.01, 0.0316227766, 0.1, 0.316227766, 1.0, 3.16227766, 10.0};
+    static scene s;
+    st_stat ring[6][3];
+    (void)state;
+    half_space(&s, half, one);
+    walk_rings(&s, &m, entry_at(scene_vec(0.0f, 0.0f, 0.0f), scene_vec(0.0f, 1.0f, 0.0f), 0), radius, 6, ring);
+    for (int c = 0; c < 3; ++c) {
+        for (int k = 0; k < 6; ++k) {
+            double energy = 0.0, variance = 0.0;
+            char line[512], key[64];
+            FILE *f = fopen(DATA_DIR "/mc_searchlight.csv", "r");
+            assert_non_null(f);
+            while (fgets(line, sizeof line, f)) {
+                double v[5];
+                if (strncmp(line, names[c], strlen(names[c])) != 0) continue;
+                if (sscanf(line + strlen(names[c]), ",%lf,%lf,%lf,%lf", &v[0], &v[1], &v[2], &v[3]) != 4) continue;
+                if (v[0] < radius[k] * 0.999 || v[1] > radius[k + 1] * 1.001) continue;
+                energy += v[2];
+                variance += v[3] * v[3];
+            }
+            fclose(f);
+            snprintf(key, sizeof key, "%s, r %g..%g", names[c], radius[k], radius[k + 1]);
+            check_z(key, ring[k][c].mean, sqrt(st_variance(&ring[k][c]) / ring[k][c].n + variance), energy, 0.0,
+                    Z_LIMIT);
+        }
+    }
+}
+
+/* Inverting the albedo gives the exact total again. */
+static void walk_inverts_the_albedo(void **state) {
+    static const char *const names[] = {"0.1", "0.5", "0.8", "0.95", "0.99", "0.999"};
+    (void)state;
+    for (int i = 0; i < 6; ++i) {
+        char key[32];
+        snprintf(key, sizeof key, "%s,1.0,D", names[i]);
+        float total = (float)table("exact_totals.csv", key, 3), albedo[3] = {total, total, total}, dmfp[3] = {1, 2, 4};
+        walk_medium m = walk_from_albedo(albedo, dmfp);
+        check_relative(key, 1.0 - m.albedo[0], 1.0 - strtod(names[i], NULL), 1e-4);
+        check_relative(key, m.extinction[0] / m.extinction[2], 4.0, 1e-9);
+    }
+}
+
+/* A body cut into overlapping parts is the same body. */
+static void walk_goes_through_seams(void **state) {
+    static const float albedo[3] = {0.8f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.3f};
+    static const double radius[] = {0.0, 0.3, 1e9};
+    static scene whole, parts;
+    walk_medium m = walk_from_albedo(albedo, dmfp);
+    sss_vec3 none = scene_vec(0.0f, 0.0f, 0.0f);
+    st_stat a[2][3], b[2][3];
+    (void)state;
+    memset(&whole, 0, sizeof whole);
+    memset(&parts, 0, sizeof parts);
+    scenes_shape(&whole, none, scene_vec(1.0f, 0.5f, 0.5f), 0.01f, none);
+    scenes_shape(&parts, scene_vec(0.6f, 0.0f, 0.0f), scene_vec(0.4f, 0.5f, 0.5f), 0.01f, none);
+    scenes_shape(&parts, scene_vec(0.05f, 0.0f, 0.0f), scene_vec(0.25f, 0.5f, 0.5f), 0.01f, none);
+    scenes_shape(&parts, scene_vec(-0.55f, 0.0f, 0.0f), scene_vec(0.45f, 0.5f, 0.5f), 0.01f, none);
+    scenes_shape(&parts, none, scene_vec(0.1f, 0.4f, 0.4f), 0.01f, none); /* buried */
+    rivals_entry at = entry_at(scene_vec(0.4f, 0.5f, 0.1f), scene_vec(0.0f, 1.0f, 0.0f), 0);
+    walk_rings(&whole, &m, at, radius, 2, a);
+    for (int i = 0; i < 2; ++i) m.extinction[i] *= 1.0 + 1e-12; /* other walks by their rounding alone */
+    walk_rings(&parts, &m, at, radius, 2, b);
+    for (int k = 0; k < 2; ++k)
+        for (int c = 0; c < 3; ++c)
+            check_z("cut body", b[k][c].mean, hypot(st_error(&a[k][c]), st_error(&b[k][c])), a[k][c].mean, 0.0,
+                    Z_LIMIT);
+}
+
+/* A sphere in light that is 1 everywhere: the albedo within twice its radius. Brute force to its noise; the cloud, with
+   16384 points, to 1 % in the mean, and from place to place to 0.045 over the diffuse mean free path in radii: 1.5
+   spacings of its points over it. */
+static void sphere_has_its_closed_form(void **state) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, size[3] = {0.3f, 1.0f, 4.0f};
+    static rivals_world w;
+    (void)state;
+    for (int k = 0; k < 6; ++k) {
+        float dmfp[3] = {size[k % 3], size[k % 3] * 0.8f, size[k % 3] * 0.6f};
+        scenes_optics optics;
+        memset(&w, 0, sizeof w);
+        scenes_find(&w.s, &optics, "sphere");
+        if (k < 3)
+            assert_int_equal(sss_burley(&w.s.medium, albedo, dmfp), SSS_OK);
+        else
+            assert_int_equal(sss_dipole_from_albedo(&w.s.medium, albedo, dmfp, 1.4f), SSS_OK);
+        assert_int_equal(cloud_scatter(&w.cloud, &w.s, 16384, TEST_SEED), 1);
+        check_relative("area of the sphere", (double)w.cloud.area * w.cloud.points, 4.0 * ST_PI, 0.01);
+        check_relative("number of points", w.cloud.points, 16384.0, 0.1);
+        for (int i = 0; i < w.cloud.points; ++i) w.cloud.point[i].light = scene_vec(1.0f, 1.0f, 1.0f);
+        assert_int_equal(cloud_gather(&w.cloud, &w.s.medium), 1);
+        for (int c = 0; c < 3; ++c) {
+            st_stat cloud = {0.0, 0.0, 0.0}, brute = {0.0, 0.0, 0.0};
+            double truth = (double)sss_within(&w.s.medium, c, 2.0f);
+            for (uint32_t i = 0; i < 4000; ++i) {
+                tracer_random random = tracer_random_begin(TEST_SEED, 9u, i);
+                sss_vec3 n = walk_isotropic(&random), x = scene_add(w.s.shape[0].center, n);
+                sss_vec3 sum = cloud_lookup(&w.cloud, &w.s.medium, x, RIVALS_SOLID), area = scene_vec(0.0f, 0.0f, 0.0f);
+                tracer_points points;
+                tracer_area_points(&w.s, x, &random, &points);
+                for (int p = 0; p < points.count; ++p) area = scene_add(area, points.point[p].weight);
+                st_add(&cloud, (double)(c == 0 ? sum.x : c == 1 ? sum.y : sum.z));
+                st_add(&brute, (double)(c == 0 ? area.x : c == 1 ? area.y : area.z));
+            }
+            check_z("brute force on the sphere", brute.mean, st_error(&brute), truth, 1e-5, Z_LIMIT);
+            check_relative("cloud on the sphere", cloud.mean, truth, 0.01);
+            check_at_most("spread of the cloud", sqrt(st_variance(&cloud)) / truth, 0.045 / (double)size[k % 3]);
+        }
+        cloud_free(&w.cloud);
+    }
+}
+
+/* The whole surface of a rounded box: its faces, edges and corners. */
+static double box_area(const scene_shape *s) {
+    double r = (double)s->rounding, x = (double)s->extent.x - r, y = (double)s->extent.y - r;
+    double z = (double)s->extent.z - r;
+    return 8.0 * (x * y + y * z + z * x) + 4.0 * ST_PI * r * (x + y + z + r);
+}
+
+/* Points keep their distance, fill the surface and lie on it. */
+static void cloud_is_blue(void **state) {
+    static const char *const names[] = {"slab", "corner", "needles", "bear"};
+    static rivals_world w;
+    (void)state;
+    for (int k = 0; k < 4; ++k) {
+        scenes_optics optics;
+        double least = 1e9;
+        memset(&w, 0, sizeof w);
+        scenes_find(&w.s, &optics, names[k]);
+        assert_int_equal(cloud_scatter(&w.cloud, &w.s, 2000, TEST_SEED), 1);
+        for (int i = 0; i < w.cloud.points; ++i) {
+            const cloud_point *p = &w.cloud.point[i];
+            check_near("level of a point", (double)scene_level(&w.s.shape[p->shape], p->position), 0.0, 1e-3);
+            assert_int_equal(scene_inside_another(&w.s, p->position, p->shape), 0);
+            for (int j = 0; j < i; ++j) {
+                const cloud_point *q = &w.cloud.point[j];
+                sss_vec3 gap = scene_sub(p->position, q->position);
+                if (scene_dot(scene_normal(&w.s.shape[p->shape], p->position),
+                              scene_normal(&w.s.shape[q->shape], q->position)) > 0.0f)
+                    least = fmin(least, (double)scene_dot(gap, gap));
+            }
+        }
+        if (w.s.shape_count == 1)
+            check_relative("area", (double)w.cloud.area * w.cloud.points, box_area(&w.s.shape[0]), 0.03);
+        check_at_least(names[k], sqrt(least / (double)w.cloud.area), 0.74);
+        cloud_free(&w.cloud);
+    }
+}
+
+/* The one-octave guess has the mean of the whole texture. */
+static void texture_guess_has_the_mean(void **state) {
+    static const int octaves[] = {0, 8, 64, 4096};
+    (void)state;
+    for (int k = 0; k < 12; ++k) {
+        sss_vec3 p = scene_vec(0.31f + 0.17f * (float)(k % 3), 0.77f, -0.42f);
+        float whole = rivals_texture(p, octaves[k / 3]);
+        st_stat guess = {0.0, 0.0, 0.0};
+        for (uint64_t i = 0; i < 400000; ++i)
+            st_add(&guess, (double)rivals_texture_guess(p, octaves[k / 3], (float)st_random(2 * i) * 0.9999999f,
+                                                        (float)st_random(2 * i + 1) * 0.9999999f));
+        check_z("texture", guess.mean, st_error(&guess), (double)whole, 1e-6, Z_LIMIT);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(walk_has_the_exact_total),   cmocka_unit_test(walk_has_the_searchlight),
+        cmocka_unit_test(walk_inverts_the_albedo),    cmocka_unit_test(walk_goes_through_seams),
+        cmocka_unit_test(sphere_has_its_closed_form), cmocka_unit_test(cloud_is_blue),
+        cmocka_unit_test(texture_guess_has_the_mean),
+    };
+    return cmocka_run_group_tests_name("rivals", tests, NULL, st_report);
+}
