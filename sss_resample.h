@@ -248,7 +248,10 @@ static inline float sss_profile(const sss_medium *m, int channel, float r);
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
-/* The cheapest plan for a need: the number of candidates, and advice (NULL where not wanted) in SSS_ADVICE_ bits. */
+/* The cheapest plan for a need, and advice (NULL where not wanted) in SSS_ADVICE_ bits: Lambert where a pixel is wider
+   than r_max, a volume where the flat profile would lose a tenth of the light. The plan is SSS_DISK with one candidate
+   where the surface is flat as far as r_max, else the default mix with the number of candidates that pays at that cost
+   of shading; for hints of the light the default is the better plan. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum),
@@ -646,9 +649,14 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, u
         if (r > 0.0f && sss_within(m, c, 2.0f * r) < 0.9f * m->albedo[c]) bits |= SSS_ADVICE_VOLUME;
     }
     if (!live || need->footprint > m->r_max) bits = SSS_ADVICE_LAMBERT;
-    if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p); make mix has 1.3 for the bracket */
-        float best = SSSI_SQRT(1.3f * sssi_min(need->shading_cost, 1e4f));
-        plan.candidates = (int)sssi_min(sssi_max(best + 0.5f, 1.0f), sssi_min(64.0f, (float)SSS_MAX_CANDIDATES));
+    if (need->shading_cost > 0.0f) { /* M* = sqrt((V_1 / V_g - 1) c_s / c_p): make chart has 1.7..8 for the bracket, and
+                                        a lookup itself costs as much as half a probe */
+        float best = SSSI_SQRT(4.0f * (sssi_min(need->shading_cost, 1e4f) + 0.5f));
+        plan.candidates = (int)sssi_min(best + 0.5f, sssi_min(64.0f, (float)SSS_MAX_CANDIDATES));
+    }
+    if (need->curvature_radius >= m->r_max && live) { /* all in the ball faces up: one candidate is as good as many */
+        plan.candidates = 1;
+        plan.techniques = SSS_DISK;
     }
     if (advice) *advice = bits;
     return plan;

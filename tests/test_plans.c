@@ -304,11 +304,38 @@ static void variance_follows_the_law(void **state) {
         }
 }
 
+/* ---- The plan for a need: on a sphere that is just flat enough for it one disk probe has the whole integral but the
+   tail, and no more variance than eight candidates of the default mix. ---- */
+static void one_probe_is_enough_where_it_is_flat(void **state) {
+    sss_medium m;
+    sss_need need = {0.0f, 0.0f, 4.0f};
+    st_fixture f = st_standard(ST_SPHERE, st_moved());
+    sample one, eight;
+    sss_plan plan;
+    double truth;
+    (void)state;
+    grey_burley(&m, 0.8f, 0.037f);
+    assert_true(m.r_max > 0.95f && m.r_max <= 1.0f);
+    need.curvature_radius = (float)f.size;
+    plan = sss_plan_for(&m, &need, NULL);
+    check_equal("candidates", plan.candidates, 1);
+    check_equal("techniques", (long)plan.techniques, SSS_DISK);
+    truth = (double)sss_within(&m, 1, 2.0f * (float)f.size);
+    one = run(&f, &m, &plan, st_light_one, TEST_SEED + 700u, 2000000);
+    check_near("mean of one probe", one.value.mean, truth, 1e-4 * truth + Z_LIMIT * st_error(&one.value));
+    eight = run(&f, &m, NULL, st_light_one, TEST_SEED + 701u, 200000);
+    check_at_most("variance of one probe", one.variance.mean,
+                  eight.variance.mean + Z_LIMIT * (st_error(&one.variance) + st_error(&eight.variance)));
+    need.curvature_radius = 0.9f * m.r_max;
+    check_equal("candidates where it is not", sss_plan_for(&m, &need, NULL).candidates, 4);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(probes_are_shared_as_stated),      cmocka_unit_test(strata_leave_no_pattern),
-        cmocka_unit_test(drawn_counts_bring_no_bias),       cmocka_unit_test(strata_of_any_number_bring_no_bias),
-        cmocka_unit_test(stratified_and_independent_agree), cmocka_unit_test(variance_follows_the_law),
+        cmocka_unit_test(probes_are_shared_as_stated),          cmocka_unit_test(strata_leave_no_pattern),
+        cmocka_unit_test(drawn_counts_bring_no_bias),           cmocka_unit_test(strata_of_any_number_bring_no_bias),
+        cmocka_unit_test(stratified_and_independent_agree),     cmocka_unit_test(variance_follows_the_law),
+        cmocka_unit_test(one_probe_is_enough_where_it_is_flat),
     };
     return cmocka_run_group_tests_name("plans", tests, NULL, st_report);
 }

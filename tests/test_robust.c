@@ -478,7 +478,7 @@ static int advice_is_sane(const sss_medium *m, const sss_need *need) {
     sss_resampler s;
     return sss_begin(&s, m, &plan, origin, up, 1u) == SSS_OK && plan.candidates == again.candidates &&
            advice <= (unsigned)(SSS_ADVICE_LAMBERT | SSS_ADVICE_VOLUME) && plan.exits >= 0 &&
-           plan.candidates >= 0 && (plan.techniques == 0u || (plan.techniques & SSS_CHORD));
+           plan.candidates >= 0 && plan.techniques == (m->r_max > 0.0f && need->curvature_radius >= m->r_max ? SSS_DISK : 0u);
 }
 
 static void test_plans(void **state) {
@@ -519,6 +519,7 @@ static void test_advice(void **state) {
     assert_int_equal(advice, SSS_ADVICE_LAMBERT);
     memset(black.albedo, 0, sizeof black.albedo);
     need.footprint = 0.0f;
+    need.curvature_radius = 0.0f;
     (void)sss_plan_for(&black, &need, &advice);
     assert_int_equal(advice, SSS_ADVICE_LAMBERT);
     for (cost = 1; cost < 3000; ++cost) { // the dearer a point is to shade, the more probes
