@@ -32,7 +32,7 @@ help:
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
-	@echo 'make bench         lookups a second on the CPU and on an OpenCL device'
+	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
 	@echo 'make clean         remove build/'
@@ -67,6 +67,9 @@ build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 
+build/bench: demos/bench.c sss_resample.h | build
+	$(DEMO_C) $< -o $@ -lm
+
 build/chart build/model: build/%: demos/%.c $(wildcard demos/*.h) sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 
@@ -96,7 +99,8 @@ test-pictures: build/exit_points build/noise
 	build/exit_points --headless --size 480x270 --png tests/data/exit_points.png
 	build/noise --headless --size 320x180 --spp 2 --reference 4 --png tests/data/noise.png
 
-bench: build/bench_exits
+bench: build/bench build/bench_exits
+	build/bench
 	@mkdir -p build/pocl
 	POCL_CACHE_DIR=build/pocl build/bench_exits
 

@@ -20,7 +20,7 @@
    scattering, no random walk, no allocation, no globals, no input or output, no libm beyond sqrtf and fabsf.
 
    OPTIONS, to be defined before the include, the same in every file of a program:
-       SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 40 bytes of sss_resampler
+       SSS_MAX_EXITS       4      bounds sss_plan.exits; each costs 52 bytes of sss_resampler
        SSS_MAX_CANDIDATES  256    bounds sss_plan.candidates; costs nothing
        SSS_LANES           8      probes and hits worked on side by side, which changes no bit; each costs 60 bytes of
                                   sss_resampler. 1 suits a GPU. Compilers vectorise with -fno-math-errno
@@ -101,7 +101,7 @@ static inline float sssi_float(uint32_t u) {
 #else
 #define SSSI_FN static inline
 #endif
-#if defined(__GNUC__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#if defined(__OPTIMIZE__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define SSSI_APART static __attribute__((noinline, unused)) /* loops in these vectorise whatever the caller is like */
 #else
 #define SSSI_APART static inline
@@ -185,7 +185,8 @@ typedef struct sss_exit {
 typedef struct sssi_reservoir {
     float weight;        /* sum of w over the hits so far [2] */
     float plain;         /* the same without hints */
-    float target, light; /* g and the hint of the hit that is held */
+    float light, target; /* of the hit that is held: the hint and g */
+    float profile[3];    /* and its unit profiles */
     sss_vec3 position, normal;
 } sssi_reservoir;
 
@@ -712,14 +713,17 @@ SSSI_FN void sssi_set_medium(sss_resampler *s, const sss_medium *m) {
     inverse = 1.0f / s->unit;
     for (c = 0; c < 3; ++c) {
         int from = sssi_is_live(m, c) ? c : wide;
-        float scale = inverse;
-        if (m->length[from] * inverse < SSSI_LEN_MIN && live) scale = SSSI_LEN_MIN / m->length[from];
+        float scale = inverse, back = s->unit;
+        if (m->length[from] * inverse < SSSI_LEN_MIN && live) {
+            scale = SSSI_LEN_MIN / m->length[from];
+            back = m->length[from] / SSSI_LEN_MIN;
+        }
         s->mix[c] = sssi_is_live(m, c) ? 1.0f / (float)live : 0.0f;
         s->medium.length[c] = m->length[from] * scale;
         s->medium.zv[c] = m->zv[from] * scale;
-        s->medium.sigma[c] = m->sigma[from] / scale;
+        s->medium.sigma[c] = m->sigma[from] * back;
         s->medium.flux[c] = m->flux[from];
-        s->medium.fluence[c] = m->fluence[from] / scale;
+        s->medium.fluence[c] = m->fluence[from] * back;
     }
     s->medium.r_max = m->r_max * inverse;
 }
@@ -753,8 +757,9 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
     sssi_set_shares(s, given.techniques);
     sssi_set_counts(s);
     for (i = 0; i < SSS_MAX_EXITS; ++i) {
-        s->reservoir[i].weight = s->reservoir[i].plain = s->reservoir[i].target = 0.0f;
-        s->reservoir[i].light = 1.0f;
+        s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
+        s->reservoir[i].light = s->reservoir[i].target = 1.0f;
+        s->reservoir[i].profile[0] = s->reservoir[i].profile[1] = s->reservoir[i].profile[2] = 0.0f;
         s->reservoir[i].position = s->reservoir[i].normal = geometric_normal;
     }
     for (i = 0; i < SSS_LANES; ++i) { /* lanes without a hit are worked on too */
@@ -783,15 +788,15 @@ enum {
 };
 typedef struct sssi_places { /* where the next probes stand */
     int technique[SSS_LANES];
-    uint32_t name[SSS_LANES]; /* of the lattice */
-    float k[SSS_LANES], n[SSS_LANES];
+    uint32_t name[SSS_LANES];                          /* of the lattice */
+    float k[SSS_LANES], n[SSS_LANES], step[SSS_LANES]; /* step = 1 / n */
 } sssi_places;
 
 SSSI_FN void sssi_find_places(const sss_resampler *s, int count, sssi_places *at) {
     const int *f = s->first;
     int n[SSSI_TECHNIQUES], f1 = f[1], f2 = f[2], f3 = f[3], f4 = f[4], j[SSS_LANES], l;
     for (l = 0; l < SSSI_TECHNIQUES; ++l) n[l] = f[l + 1] - f[l];
-    for (l = 0; l < count; ++l) j[l] = s->next + l;
+    for (l = 0; l < count; ++l) j[l] = s->next + l < s->candidates ? s->next + l : s->candidates - 1;
     for (l = 0; l < count; ++l) { /* no branches, or this would not vectorise */
         int past1 = j[l] >= f1, past2 = j[l] >= f2, past3 = j[l] >= f3, past4 = j[l] >= f4;
         int before = past1 * n[0] + past2 * n[1] + past3 * n[2] + past4 * n[3];
@@ -800,6 +805,7 @@ SSSI_FN void sssi_find_places(const sss_resampler *s, int count, sssi_places *at
         at->name[l] = (uint32_t)at->technique[l] << 10;
         at->k[l] = (float)(j[l] - before);
         at->n[l] = (float)all;
+        at->step[l] = 1.0f / (float)all;
     }
     for (l = 0; l < count && s->independent; ++l) {
         float u = sssi_unit(sss_hash(s->seed, 0x50000000u + (uint32_t)j[l])), sum = s->share[0];
@@ -812,10 +818,9 @@ SSSI_FN void sssi_find_places(const sss_resampler *s, int count, sssi_places *at
 SSSI_FN void sssi_draw(const sss_resampler *s, int count, const sssi_places *at, int prime, float *u) {
     int l;
     for (l = 0; l < count; ++l) {
-        float kp = at->k[l] * (float)prime, step = 1.0f / at->n[l];
-        float place =
-            (kp - at->n[l] * (float)(int)(kp * step - 0.5f)) * step; /* 0..1.5 turns, without rounding kp / n */
-        float x = place + sssi_unit(sss_hash(s->seed, at->name[l] + (uint32_t)prime));
+        float kp = at->k[l] * (float)prime;
+        float place = kp - at->n[l] * (float)(int)(kp * at->step[l] - 0.5f); /* k p less whole turns: 0..1.5 n */
+        float x = place * at->step[l] + sssi_unit(sss_hash(s->seed, at->name[l] + (uint32_t)prime));
         u[l] = sssi_open(x - (float)(int)x);
     }
 }
@@ -1024,12 +1029,6 @@ static inline int sss_next_probe(sss_resampler *s, sss_probe *probe) {
 }
 
 /* ---- Weights ---- */
-/* g */
-SSSI_FN float sssi_target(const sss_resampler *s, int dipole, float r2) {
-    const sss_medium *m = &s->medium;
-    return s->mix[0] * sssi_profile_unit(m, dipole, 0, r2) + s->mix[1] * sssi_profile_unit(m, dipole, 1, r2) +
-           s->mix[2] * sssi_profile_unit(m, dipole, 2, r2);
-}
 SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
     const sss_medium *m = &s->medium;
     return s->mix[0] * sssi_proposal(m, dipole, 0, r2) + s->mix[1] * sssi_proposal(m, dipole, 1, r2) +
@@ -1059,11 +1058,15 @@ SSSI_FN void sssi_add_disk(const sss_resampler *s, int dipole, int count, const 
         mu[l] += s->share[axis] * along * sssi_mean_proposal(s, dipole, u * u + v * v);
     }
 }
-/* The target, and the intensity that every weight uses: expected hits per area and probe; all in inner units. Burley's
-   proposal is the profile itself. */
-SSSI_FN void sssi_densities(const sss_resampler *s, int dipole, int count, const sssi_lanes *x, const sssi_lanes *n,
-                            float *target, float *mu) {
-    float r2[SSS_LANES], ball = s->medium.r_max * s->medium.r_max;
+/* The unit profiles, their mean g, and the intensity that every weight uses: expected hits per area and probe; all in
+   inner units. Burley's proposal is the profile itself. */
+typedef struct sssi_densities {
+    float profile[3][SSS_LANES], target[SSS_LANES], mu[SSS_LANES];
+} sssi_densities;
+
+SSSI_FN void sssi_find_densities(const sss_resampler *s, int dipole, int count, const sssi_lanes *x,
+                                 const sssi_lanes *n, sssi_densities *d) {
+    float ball = s->medium.r_max * s->medium.r_max, *mu = d->mu;
     int l;
     for (l = 0; l < count; ++l) mu[l] = 0.0f;
     sssi_add_disk(s, dipole, count, x, n, SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, mu);
@@ -1073,11 +1076,16 @@ SSSI_FN void sssi_densities(const sss_resampler *s, int dipole, int count, const
         for (l = 0; l < count; ++l)
             mu[l] += s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, sssi_lane(x, l), sssi_lane(n, l));
     for (l = 0; l < count; ++l) {
-        float chord;
-        r2[l] = sssi_dot(sssi_lane(x, l), sssi_lane(x, l));
-        target[l] = sssi_target(s, dipole, r2[l]);
-        chord = 0.5f * s->share[SSSI_CHORD] * (dipole ? sssi_mean_proposal(s, 1, r2[l]) : target[l]);
-        mu[l] = (r2[l] <= ball ? mu[l] : 0.0f) + chord;
+        float r2 = sssi_dot(sssi_lane(x, l), sssi_lane(x, l)), g, p;
+        float red = sssi_profile_unit(&s->medium, dipole, 0, r2), green = sssi_profile_unit(&s->medium, dipole, 1, r2);
+        float blue = sssi_profile_unit(&s->medium, dipole, 2, r2);
+        g = s->mix[0] * red + s->mix[1] * green + s->mix[2] * blue;
+        p = dipole ? sssi_mean_proposal(s, 1, r2) : g;
+        mu[l] = (r2 <= ball ? mu[l] : 0.0f) + 0.5f * s->share[SSSI_CHORD] * p;
+        d->profile[0][l] = red;
+        d->profile[1][l] = green;
+        d->profile[2][l] = blue;
+        d->target[l] = g;
     }
 }
 SSSI_FN sss_vec3 sssi_offset(const sss_resampler *s, sss_vec3 position) {
@@ -1085,19 +1093,20 @@ SSSI_FN sss_vec3 sssi_offset(const sss_resampler *s, sss_vec3 position) {
 }
 static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal) {
     sssi_lanes x, n;
-    float target[SSS_LANES], mu[SSS_LANES];
+    sssi_densities d;
     if (!s->candidates || !sssi_finite(position) || !sssi_normalize(&geometric_normal)) return 0.0f;
     sssi_set_lane(&x, 0, sssi_offset(s, position));
     sssi_set_lane(&n, 0, geometric_normal);
-    if (s->medium.dipole) sssi_densities(s, 1, 1, &x, &n, target, mu);
-    else sssi_densities(s, 0, 1, &x, &n, target, mu);
-    return mu[0] >= 0.0f ? mu[0] / (s->unit * s->unit) : 0.0f;
+    if (s->medium.dipole) sssi_find_densities(s, 1, 1, &x, &n, &d);
+    else sssi_find_densities(s, 0, 1, &x, &n, &d);
+    return d.mu[0] >= 0.0f ? d.mu[0] / (s->unit * s->unit) : 0.0f;
 }
 
 /* ---- Pick ---- */
 SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
     sssi_lanes x, n;
-    float target[SSS_LANES], plain[SSS_LANES], weight[SSS_LANES], light[SSS_LANES], pick[SSS_LANES];
+    sssi_densities d;
+    float plain[SSS_LANES], weight[SSS_LANES], light[SSS_LANES], pick[SSS_LANES];
     int e, l;
     for (l = 0; l < count; ++l) {
         sss_vec3 normal = sssi_lane(&s->hit_normal, l);
@@ -1105,12 +1114,12 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
         sssi_set_lane(&n, l, normal);
         sssi_set_lane(&x, l, sssi_offset(s, sssi_lane(&s->hit_position, l)));
     }
-    sssi_densities(s, dipole, count, &x, &n, target, plain);
+    sssi_find_densities(s, dipole, count, &x, &n, &d);
     for (l = 0; l < count; ++l) {
-        float w, p = target[l] / (plain[l] * (float)s->candidates);
+        float w, p = d.target[l] / (d.mu[l] * (float)s->candidates);
         light[l] = sssi_min(sssi_max(s->hit_light[l], SSSI_HINT_MIN), SSSI_HINT_MAX);
         w = p * light[l];
-        plain[l] = ((target[l] >= SSSI_TINY) & (w >= SSSI_TINY) & (p <= SSSI_HUGE)) ? p : 0.0f; /* 0 for NaN too */
+        plain[l] = ((d.target[l] >= SSSI_TINY) & (w >= SSSI_TINY) & (p <= SSSI_HUGE)) ? p : 0.0f; /* 0 for NaN too */
         weight[l] = plain[l] > 0.0f ? w : 0.0f;
         pick[l] = sssi_unit(sss_hash(s->seed, 0x70000000u + (uint32_t)(s->hits + l)));
     }
@@ -1127,8 +1136,11 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
         held->weight = sum;
         held->plain = sum_plain;
         if (chosen < 0) continue;
-        held->target = target[chosen];
         held->light = light[chosen];
+        held->target = d.target[chosen];
+        held->profile[0] = d.profile[0][chosen];
+        held->profile[1] = d.profile[1][chosen];
+        held->profile[2] = d.profile[2][chosen];
         held->position = sssi_lane(&s->hit_position, chosen);
         held->normal = sssi_lane(&n, chosen);
     }
@@ -1168,8 +1180,7 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
     if (s->waiting) sssi_weigh(s);
     for (i = 0; i < s->exits; ++i) {
         sssi_reservoir *held = &s->reservoir[i];
-        float r2, weight = held->weight;
-        sss_vec3 x = sssi_offset(s, held->position);
+        float weight = held->weight;
         if (i == 0 && (s->lambert > 0.0f || s->lambert_only)) {
             if (sssi_finish_lambert(s, held->plain, &exits[count])) {
                 ++count;
@@ -1178,12 +1189,10 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
             weight += s->lambert * held->weight / held->plain;
         }
         if (!(weight > 0.0f)) continue;
-        r2 = sssi_dot(x, x);
         exits[count].position = held->position;
         exits[count].normal = held->normal;
         for (c = 0; c < 3; ++c) {
-            float part =
-                s->mix[c] > 0.0f ? sssi_profile_unit(&s->medium, s->medium.dipole, c, r2) / held->target : 0.0f;
+            float part = s->mix[c] > 0.0f ? held->profile[c] / held->target : 0.0f;
             exits[count].weight[c] = s->medium.albedo[c] * part * (weight / held->light);
         }
         ++count;

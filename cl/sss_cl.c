@@ -159,8 +159,9 @@ static int sss_cl_build(sss_cl *cl, const char *more) {
     cl_int code;
     cl->program = clCreateProgramWithSource(cl->context, 2, text, NULL, &code);
     if (!sss_cl_check(cl, code, "clCreateProgramWithSource")) return 0;
-    snprintf(options, sizeof options, "-cl-std=CL1.2 -DSSS_MAX_EXITS=%d -DSSS_MAX_CANDIDATES=%d%s", SSS_MAX_EXITS,
-             SSS_MAX_CANDIDATES, cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
+    snprintf(options, sizeof options, "-cl-std=CL1.2 -DSSS_MAX_EXITS=%d -DSSS_MAX_CANDIDATES=%d%s%s", SSS_MAX_EXITS,
+             SSS_MAX_CANDIDATES, cl->cpu ? "" : " -DSSS_LANES=1",
+             cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
     code = clBuildProgram(cl->program, 1, &cl->device.id, options, NULL, NULL);
     if (code != CL_SUCCESS) sss_cl_keep_log(cl);
     if (!sss_cl_check(cl, code, "clBuildProgram")) return 0;
@@ -180,6 +181,10 @@ static int sss_cl_ask(sss_cl *cl) {
     code = clGetDeviceInfo(cl->device.id, CL_DEVICE_HOST_UNIFIED_MEMORY, sizeof unified, &unified, NULL);
     cl->exact = (has & wanted) == wanted;
     cl->unified = unified == CL_TRUE;
+    if (!sss_cl_check(cl, code, "clGetDeviceInfo")) return 0;
+    cl_device_type type = 0;
+    code = clGetDeviceInfo(cl->device.id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    cl->cpu = (type & CL_DEVICE_TYPE_CPU) != 0;
     return sss_cl_check(cl, code, "clGetDeviceInfo");
 }
 

@@ -49,6 +49,7 @@ typedef struct sss_cl {
     cl_kernel exits, render;
     size_t local; // work-items in a group, chosen at opening; may be changed
     int exact;    // the device divides and takes roots with IEEE rounding: its bits are those of the CPU
+    int cpu;      // it has vector registers, so a work-item works in lanes; others have more work-items instead
     int unified;  // it works in the host's memory, so nothing is copied; may be set to 0
     char *log;    // of the last build when it failed, else ""
     char error[SSS_CL_MAX_ERROR];
@@ -59,8 +60,7 @@ typedef struct sss_cl {
 sss_cl_result sss_cl_list(sss_cl_devices *devices, char *error);
 
 // Opens the device "opencl" (the first of the list) or "opencl:NUMBER" and builds the kernels; `more` is
-// OpenCL C that is appended to them, or NULL. Call sss_cl_close() in every case. Sets the environment variable
-// POCL_WORK_GROUP_METHOD, for speed, unless it is set; so open before other threads use the environment.
+// OpenCL C that is appended to them, or NULL. Call sss_cl_close() in every case.
 sss_cl_result sss_cl_open(sss_cl *cl, const char *name, const char *more);
 void sss_cl_close(sss_cl *cl);
 

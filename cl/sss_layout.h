@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The kernel `sss_layout` and the test expand this one list, each with its own compiler, and must agree on
-// every number. SIZE(type) stands for sizeof, FIELD(type, field) for an offset.
+// every number. SIZE(type) stands for sizeof, FIELD(type, field) for an offset. A sss_resampler is not shared: it
+// lives on one of the two, with as many lanes as suit there.
 #ifndef SSS_LAYOUT_H
 #define SSS_LAYOUT_H
 
@@ -15,20 +16,7 @@
     SIZE(sss_plan) FIELD(sss_plan, candidates) FIELD(sss_plan, exits) FIELD(sss_plan, techniques)            \
     FIELD(sss_plan, independent)                                                                             \
     SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction) FIELD(sss_probe, length)            \
-    SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)                 \
-    SIZE(sssi_lanes) FIELD(sssi_lanes, x) FIELD(sssi_lanes, y) FIELD(sssi_lanes, z)                          \
-    SIZE(sssi_reservoir) FIELD(sssi_reservoir, weight) FIELD(sssi_reservoir, plain)                          \
-    FIELD(sssi_reservoir, target) FIELD(sssi_reservoir, light) FIELD(sssi_reservoir, position)               \
-    FIELD(sssi_reservoir, normal)                                                                            \
-    SIZE(sss_resampler) FIELD(sss_resampler, medium) FIELD(sss_resampler, position)                          \
-    FIELD(sss_resampler, axis) FIELD(sss_resampler, unit) FIELD(sss_resampler, mix)                          \
-    FIELD(sss_resampler, lambert) FIELD(sss_resampler, lambert_only) FIELD(sss_resampler, share)             \
-    FIELD(sss_resampler, first) FIELD(sss_resampler, candidates) FIELD(sss_resampler, exits)                 \
-    FIELD(sss_resampler, independent) FIELD(sss_resampler, seed) FIELD(sss_resampler, next)                  \
-    FIELD(sss_resampler, exit) FIELD(sss_resampler, origin) FIELD(sss_resampler, direction)                  \
-    FIELD(sss_resampler, length) FIELD(sss_resampler, hits) FIELD(sss_resampler, waiting)                    \
-    FIELD(sss_resampler, hit_position) FIELD(sss_resampler, hit_normal) FIELD(sss_resampler, hit_light)      \
-    FIELD(sss_resampler, hit_exit) FIELD(sss_resampler, reservoir)
+    SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)
 
 #define SSS_LAYOUT_TRACER(SIZE, FIELD)                                                                       \
     SIZE(scene_shape) FIELD(scene_shape, kind) FIELD(scene_shape, rounding) FIELD(scene_shape, area)         \

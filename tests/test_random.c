@@ -156,6 +156,7 @@ static float number(uint32_t seed, uint32_t name, int k, int n, int prime) {
     at.name[0] = name;
     at.k[0] = (float)k;
     at.n[0] = (float)n;
+    at.step[0] = 1.0f / (float)n;
     sssi_draw(&s, 1, &at, prime, u);
     return u[0];
 }
