@@ -777,15 +777,8 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
    probe 0, probe k stands k p / n of a turn on, p the prime that names the dimension. So each dimension has one number
    in each of n equal strata (a Latin hypercube), and angles are evenly spaced. The primes were chosen for even pairs
    of dimensions at n up to 96. An independent probe is number 0 of a lattice of its own. */
-enum {
-    SSSI_CHANNEL = 449,
-    SSSI_PART = 607,
-    SSSI_RADIUS = 457,
-    SSSI_TURN = 379,
-    SSSI_SIDE = 569,
-    SSSI_COSINE = 563,
-    SSSI_TURN_B = 641
-};
+enum { SSSI_CHANNEL = 449, SSSI_PART = 607, SSSI_RADIUS = 457, SSSI_TURN = 379 };
+enum { SSSI_SIDE = 569, SSSI_COSINE = 563, SSSI_TURN_B = 641 };
 typedef struct sssi_places { /* where the next probes stand */
     int technique[SSS_LANES];
     uint32_t name[SSS_LANES];                          /* of the lattice */

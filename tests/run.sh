@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# Runs test programs (cmocka) and test scripts one after another and counts: run.sh PROGRAM_OR_SCRIPT ...
-# Their output is shown and kept in build/logs; the last line is the sum. A program that dies counts as failed.
+# Runs test programs (cmocka) and test scripts and counts: run.sh PROGRAM_OR_SCRIPT ... The programs, which use all
+# cores, and the scripts, which mostly use one, run side by side. Output is kept in build/logs, and shown where a test
+# fails; the last line is the sum. A program that dies counts as failed.
 set -u
 build=${BUILD:-build}
 mkdir -p "$build/logs"
-passed=0 failed=0 skipped=0
-for test in "$@"; do
+
+# Runs one and leaves "passed failed skipped" in its .count.
+run() {
+    local test=$1 name log start=$SECONDS status ok bad left
     name=$(basename "$test")
     log=$build/logs/$name.log
-    echo "== $name"
-    start=$SECONDS
     case $test in
     *.sh) bash "$test" >"$log" 2>&1 ;;
     *) "$test" ${LONG:+--long} >"$log" 2>&1 ;;
@@ -31,7 +32,27 @@ for test in "$@"; do
         bad=1
         echo "== $name ran no test"
     fi
-    echo "   $ok passed, $bad failed, $left skipped in $((SECONDS - start)) s"
+    echo "$ok $bad $left" >"$build/logs/$name.count"
+    echo "$name: $ok passed, $bad failed, $left skipped in $((SECONDS - start)) s"
+}
+run_those() { # that are scripts (1) or are not (0)
+    local scripts=$1 test
+    shift
+    for test in "$@"; do
+        if [[ $test == *.sh ]]; then [ "$scripts" = 0 ] || run "$test"
+        else [ "$scripts" = 1 ] || run "$test"; fi
+    done
+}
+
+rm -f "$build"/logs/*.count
+trap 'trap - TERM && kill 0' INT TERM # what runs in the background ignores Ctrl-C
+run_those 0 "$@" &
+run_those 1 "$@"
+wait
+passed=0 failed=0 skipped=0
+for test in "$@"; do
+    ok=0 bad=1 left=0 # what has left no count counts as failed
+    [ ! -f "$build/logs/$(basename "$test").count" ] || read -r ok bad left <"$build/logs/$(basename "$test").count"
     passed=$((passed + ok)) failed=$((failed + bad)) skipped=$((skipped + left))
 done
 echo "$passed passed, $failed failed, $skipped skipped"
