@@ -41,7 +41,7 @@ do for [format in "png svg"] {
     set xlabel "cost of shading an exit, over that of a probe"
     set ylabel "CPU time of a pixel to 5 % error (µs)"
     set lmargin 11; set rmargin 28; set bmargin 5; set tmargin 4
-    set xrange [0.03:60]; set yrange [20:12000]
+    set xrange [0.1:150]; set yrange [10:10000]
     set label 1 "pale: the range of the five scenes" at graph 0.03, 0.95 left tc rgb red font small
     data = out."-when.dat"
     eval(draw(band("told", red, 0.1).curve("three-axes", "linespoints pt 7", 1, 1, grey). \
@@ -97,7 +97,7 @@ do for [format in "png svg"] {
     set lmargin 10; set rmargin 24; set bmargin 5; set tmargin 4
     set xlabel "cost of shading an exit, over that of a probe"
     set ylabel "candidates M of the greatest efficiency"
-    set xrange [0.025:70]; set yrange [0.8:90]; set ytics (1, 2, 4, 8, 16, 32, 64)
+    set xrange [0.1:200]; set yrange [0.8:130]; set ytics (1, 2, 4, 8, 16, 32, 64, 128)
     data = out."-best.dat"
     eval(beside(1, 28, red, "told of the light:\\ndots measured,\\nlines theory"))
     eval(beside(2, 12, orange, "ours"))
@@ -154,7 +154,7 @@ do for [format in "png svg"] {
     unset logscale
     set xlabel "cost of shading an exit, over that of a probe"
     set ylabel "the plan's efficiency over the best"
-    set xrange [0.025:70]; set yrange [0:1.25]; set logscale x
+    set xrange [0.1:200]; set yrange [0:1.25]; set logscale x
     set ytics ("0" 0, "20 %%" 0.2, "40 %%" 0.4, "60 %%" 0.6, "80 %%" 0.8, "100 %%" 1)
     data = out."-plan.dat"
     eval(beside(1, 1, grey, "the best method"))
