@@ -50,8 +50,8 @@ do for [format in "png svg"] {
          curve("cloud", "linespoints pt 7", 1.5, 1, green).curve("walk", "linespoints pt 7", 1.5, 2, black). \
          tag("three-axes", 3, 0.3, grey, "plain, three axes"). \
          tag("disk-sphere", 3, 0.4, grey, "plain, disk or sphere"). \
-         tag("walk", 3, 0, black, "random walk, its own truth").tag("ours", 3, 0.3, orange, "ours, best M"). \
-         tag("memo", 3, -0.6, blue, "memo, best M").tag("told", 3, 0, red, "ours, told of the light"). \
+         tag("walk", 3, 0, black, "random walk, its own truth").tag("ours", 3, -0.6, orange, "ours, best M"). \
+         tag("memo", 3, 0.3, blue, "memo, best M").tag("told", 3, 0, red, "ours, told of the light"). \
          tag("cloud", 3, 0, green, "point cloud")))
     unset label 98; unset label 1
 
