@@ -345,13 +345,11 @@ SSSI_FN void sssi_set_lane(sssi_lanes *v, int l, sss_vec3 a) {
     v->y[l] = a.y;
     v->z[l] = a.z;
 }
-/* Not true for NaN. */
-SSSI_FN int sssi_finite(sss_vec3 v) {
-    return SSSI_FABS(v.x) <= SSSI_FLT_MAX && SSSI_FABS(v.y) <= SSSI_FLT_MAX && SSSI_FABS(v.z) <= SSSI_FLT_MAX;
-}
+SSSI_FN int sssi_finite(sss_vec3 v) { return (0.0f * v.x + 0.0f * v.y) + 0.0f * v.z == 0.0f; } /* else NaN */
+SSSI_FN float sssi_longest(sss_vec3 v) { return sssi_max(SSSI_FABS(v.x), sssi_max(SSSI_FABS(v.y), SSSI_FABS(v.z))); }
 /* Unit length from any length; 0, and NaNs, from a zero or infinite vector or one with a NaN. */
 SSSI_FN int sssi_normalize(sss_vec3 *v) {
-    float m = sssi_max(SSSI_FABS(v->x), sssi_max(SSSI_FABS(v->y), SSSI_FABS(v->z))), length;
+    float m = sssi_longest(*v), length;
     *v = sssi_vec3(v->x / m, v->y / m, v->z / m);
     length = SSSI_SQRT(sssi_dot(*v, *v));
     *v = sssi_vec3(v->x / length, v->y / length, v->z / length);
@@ -715,10 +713,8 @@ SSSI_FN void sssi_set_medium(sss_resampler *s, const sss_medium *m) {
     for (c = 0; c < 3; ++c) {
         int from = sssi_is_live(m, c) ? c : wide;
         float scale = inverse, back = s->unit;
-        if (m->length[from] * inverse < SSSI_LEN_MIN && live) {
-            scale = SSSI_LEN_MIN / m->length[from];
-            back = m->length[from] / SSSI_LEN_MIN;
-        }
+        if (m->length[from] * inverse < SSSI_LEN_MIN && live)
+            scale = SSSI_LEN_MIN / m->length[from], back = m->length[from] / SSSI_LEN_MIN;
         s->mix[c] = sssi_is_live(m, c) ? 1.0f / (float)live : 0.0f;
         s->medium.length[c] = m->length[from] * scale;
         s->medium.zv[c] = m->zv[from] * scale;
@@ -875,8 +871,7 @@ SSSI_FN float sssi_radius(int dipole, int all, float length, float zv, float sig
     float chord_pole = all || (chord && pole) ? sssi_pole_chord(z, u) : 0.0f;
     float chord_wave = all || (chord && !pole) ? sssi_burley_chord(d, u) : 0.0f;
     float of_pole = chord ? chord_pole : disk_pole, of_wave = chord ? chord_wave : disk_wave;
-    if (!dipole) return of_wave;
-    return pole ? of_pole : of_wave;
+    return !dipole ? of_wave : pole ? of_pole : of_wave;
 }
 
 /* The ends of a probe's segment: `rim` from its axis and `height` along it, about the entry. */
@@ -914,12 +909,21 @@ SSSI_FN sssi_ends sssi_chord_ends(float rho, float za, float zb) {
 }
 /* a, b or c for i up to 0, of 1, or from 2 on. */
 SSSI_FN float sssi_choose(int i, float a, float b, float c) { return i > 1 ? c : i > 0 ? b : a; }
-/* A vector from its part along the technique's axis, z, and the two others. */
-SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, int technique, float x, float y, float z) {
-    int i = technique * (technique <= SSSI_BITANGENT);
-    float t = sssi_choose(i, x, z, y), b = sssi_choose(i, y, x, z), n = sssi_choose(i, z, y, x);
-    return sssi_add(sssi_add(sssi_mul(s->axis[SSSI_TANGENT], t), sssi_mul(s->axis[SSSI_BITANGENT], b)),
-                    sssi_mul(s->axis[SSSI_NORMAL], n));
+/* Tangent disks: from parts across and along the disk's own axis, z, to parts along tangent, bitangent and normal. */
+SSSI_FN void sssi_turn_disks(int count, const sssi_places *at, sssi_lanes *v) {
+    int l;
+    for (l = 0; l < count; ++l) {
+        int i = at->technique[l] * (at->technique[l] <= SSSI_BITANGENT);
+        float x = v->x[l], y = v->y[l], z = v->z[l];
+        v->x[l] = sssi_choose(i, x, z, y);
+        v->y[l] = sssi_choose(i, y, x, z);
+        v->z[l] = sssi_choose(i, z, y, x);
+    }
+}
+/* A vector from its parts along tangent, bitangent and normal. */
+SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, sss_vec3 v) {
+    return sssi_add(sssi_add(sssi_mul(s->axis[SSSI_TANGENT], v.x), sssi_mul(s->axis[SSSI_BITANGENT], v.y)),
+                    sssi_mul(s->axis[SSSI_NORMAL], v.z));
 }
 
 /* The lengths of the live channel that each of the next probes is for. */
@@ -944,7 +948,7 @@ SSSI_FN void sssi_draw_channels(const sss_resampler *s, int count, const float *
         of->sigma[l] = sssi_choose(i, sigma[0], sigma[1], sigma[2]);
     }
 }
-/* The ends of the next probes in space, about the entry in inner units. */
+/* The ends of the next probes about the entry: parts along tangent, bitangent and normal, in inner units. */
 SSSI_FN void sssi_draw_segments(const sss_resampler *s, int dipole, int count, sssi_lanes *a, sssi_lanes *b) {
     sssi_places at;
     sssi_channels of;
@@ -954,7 +958,8 @@ SSSI_FN void sssi_draw_segments(const sss_resampler *s, int dipole, int count, s
     sssi_find_places(s, count, &at);
     sssi_draw(s, count, &at, SSSI_CHANNEL, u);
     sssi_draw_channels(s, count, u, &of);
-    sssi_draw(s, count, &at, SSSI_PART, part);
+    for (l = 0; l < count; ++l) part[l] = 0.5f;
+    if (dipole) sssi_draw(s, count, &at, SSSI_PART, part);
     sssi_draw(s, count, &at, SSSI_RADIUS, u);
     sssi_draw(s, count, &at, SSSI_TURN, turn);
     sssi_draw(s, count, &at, SSSI_SIDE, side);
@@ -979,26 +984,23 @@ SSSI_FN void sssi_draw_segments(const sss_resampler *s, int dipole, int count, s
         sssi_sincos_turn(turn_b[l], &sb, &cb);
         sb = t == SSSI_CHORD ? sb : sa;
         cb = t == SSSI_CHORD ? cb : ca;
-        sssi_set_lane(a, l, sssi_in_frame(s, t, rim_a * ca, rim_a * sa, height_a));
-        sssi_set_lane(b, l, sssi_in_frame(s, t, rim_b * cb, rim_b * sb, height_b));
+        sssi_set_lane(a, l, sssi_vec3(rim_a * ca, rim_a * sa, height_a));
+        sssi_set_lane(b, l, sssi_vec3(rim_b * cb, rim_b * sb, height_b));
     }
+    if (!(s->share[SSSI_TANGENT] > 0.0f)) return;
+    sssi_turn_disks(count, &at, a);
+    sssi_turn_disks(count, &at, b);
 }
 SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
-    sssi_lanes a, b;
-    float length[SSS_LANES];
+    sssi_lanes *a = &s->origin, *b = &s->direction;
     int l;
-    sssi_draw_segments(s, dipole, count, &a, &b);
+    sssi_draw_segments(s, dipole, count, a, b);
     for (l = 0; l < count; ++l) {
-        sss_vec3 from = sssi_lane(&a, l), way = sssi_sub(sssi_lane(&b, l), from);
+        sss_vec3 from = sssi_in_frame(s, sssi_lane(a, l)), way = sssi_sub(sssi_in_frame(s, sssi_lane(b, l)), from);
         float reach = SSSI_SQRT(sssi_dot(way, way));
-        sssi_set_lane(&a, l, sssi_add(s->position, sssi_mul(from, s->unit)));
-        sssi_set_lane(&b, l, sssi_mul(way, 1.0f / reach));
-        length[l] = reach * s->unit;
-    }
-    for (l = 0; l < count; ++l) {
-        sssi_set_lane(&s->origin, l, sssi_lane(&a, l));
-        sssi_set_lane(&s->direction, l, sssi_lane(&b, l));
-        s->length[l] = length[l];
+        sssi_set_lane(a, l, sssi_add(s->position, sssi_mul(from, s->unit)));
+        sssi_set_lane(b, l, sssi_mul(way, 1.0f / reach));
+        s->length[l] = reach * s->unit;
     }
 }
 /* Makes the next probes, as many as there are lanes or are left. */
@@ -1150,7 +1152,7 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
     sss_vec3 n = geometric_normal;
     int l = s->waiting;
     if (s->next == 0 || !(light > 0.0f && light <= SSSI_FLT_MAX)) return;
-    if (!sssi_finite(position) || !sssi_finite(n) || (n.x == 0.0f && n.y == 0.0f && n.z == 0.0f)) return;
+    if (!sssi_finite(position) || !sssi_finite(n) || !(sssi_longest(n) > 0.0f)) return;
     sssi_set_lane(&s->hit_position, l, position);
     sssi_set_lane(&s->hit_normal, l, geometric_normal);
     s->hit_light[l] = light;
@@ -1185,10 +1187,10 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
         if (!(weight > 0.0f)) continue;
         exits[count].position = held->position;
         exits[count].normal = held->normal;
-        for (c = 0; c < 3; ++c) {
-            float part = s->mix[c] > 0.0f ? held->profile[c] / held->target : 0.0f;
-            exits[count].weight[c] = s->medium.albedo[c] * part * (weight / held->light);
-        }
+        for (c = 0; c < 3; ++c)
+            exits[count].weight[c] =
+                s->mix[c] > 0.0f ? s->medium.albedo[c] * (held->profile[c] / held->target) * (weight / held->light)
+                                 : 0.0f;
         ++count;
     }
     return count;
