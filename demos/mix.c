@@ -8,7 +8,7 @@
 #include "tracer.h"
 
 #define MIX_SCENES 5
-#define MIX_MEDIA 6 // three sizes of dmfp, grey and saturated
+#define MIX_MEDIA  6 // three sizes of dmfp, grey and saturated
 
 typedef struct mix_plan {
     const char *name;
@@ -122,7 +122,8 @@ static void mix_medium(scene *s, const scenes_optics *optics, int k, const char 
     float dmfp[3];
     for (int c = 0; c < 3; c++) dmfp[c] = size[k % 3] * spread[k / 3][c] * optics->dmfp[1];
     if (strcmp(profile, "dipole") == 0) sss_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
-    else if (strcmp(profile, "better-dipole") == 0) sss_better_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
+    else if (strcmp(profile, "better-dipole") == 0)
+        sss_better_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
     else sss_burley(&s->medium, albedo[k / 3], dmfp);
 }
 
@@ -144,7 +145,8 @@ static void mix_measure(mix_sums *sums, const scene *s, int scene_index, mix_ent
 }
 
 static void mix_print(const mix_sums *sums, const char *const *names) {
-    printf("\nrelative variance of one lookup, over that of the floor, scenes by their sums; then over King's\n%-34s", "");
+    printf("\nrelative variance of one lookup, over that of the floor, scenes by their sums; then over King's\n%-34s",
+           "");
     for (int k = 0; k < MIX_SCENES; k++) printf("%9s", names[k]);
     printf("%9s%9s%9s\n", "mean", "typical", "/ King");
     for (int p = 0; p < MIX_PLANS; p++) {

@@ -29,18 +29,12 @@ enum { BURLEY, BURLEY_MFP, DIPOLE, BETTER, DIPOLE_FROM, BETTER_FROM, CONSTRUCTOR
 
 static sss_result make(int which, sss_medium *m, const float *a, const float *b, float eta) {
     switch (which) {
-    case BURLEY:
-        return sss_burley(m, a, b);
-    case BURLEY_MFP:
-        return sss_burley_mfp(m, a, b);
-    case DIPOLE:
-        return sss_dipole(m, a, b, eta);
-    case BETTER:
-        return sss_better_dipole(m, a, b, eta);
-    case DIPOLE_FROM:
-        return sss_dipole_from_albedo(m, a, b, eta);
-    default:
-        return sss_better_dipole_from_albedo(m, a, b, eta);
+    case BURLEY: return sss_burley(m, a, b);
+    case BURLEY_MFP: return sss_burley_mfp(m, a, b);
+    case DIPOLE: return sss_dipole(m, a, b, eta);
+    case BETTER: return sss_better_dipole(m, a, b, eta);
+    case DIPOLE_FROM: return sss_dipole_from_albedo(m, a, b, eta);
+    default: return sss_better_dipole_from_albedo(m, a, b, eta);
     }
 }
 
@@ -68,8 +62,7 @@ static void expect_black(const char *name, const sss_medium *m) {
     check_equal(name, sss_intensity(&s, origin, up) == 0.0f, 1);
 }
 
-static void expect_made(const char *name, int which, const float *a, const float *b, float eta,
-                        sss_result expected) {
+static void expect_made(const char *name, int which, const float *a, const float *b, float eta, sss_result expected) {
     sss_medium m;
     memset(&m, 0xff, sizeof m); // NaN all over: the constructor must not leave any of it
     check_equal(name, (long)make(which, &m, a, b, eta), (long)expected);
@@ -82,12 +75,9 @@ static void wrong_field(int which, int field, float wrong) {
     int by_albedo = which != DIPOLE && which != BETTER;
     sss_result expected = field < 3 && by_albedo ? SSS_BAD_ALBEDO : field < 6 ? SSS_BAD_LENGTH : SSS_BAD_ETA;
     char name[80];
-    if (field < 3)
-        a[field] = wrong;
-    else if (field < 6)
-        b[field - 3] = wrong;
-    else
-        eta = wrong;
+    if (field < 3) a[field] = wrong;
+    else if (field < 6) b[field - 3] = wrong;
+    else eta = wrong;
     if (expected == SSS_BAD_ALBEDO ? wrong == 1e-13f : wrong == 2.0f) expected = SSS_OK;
     if (field == 6 && (which == BURLEY || which == BURLEY_MFP)) expected = SSS_OK; // they take no eta
     snprintf(name, sizeof name, "constructor %d, field %d = %g", which, field, (double)wrong);
@@ -134,8 +124,7 @@ static void test_names(void **state) {
 
 static void expect_refused(const char *name, const sss_plan *plan, sss_vec3 position, sss_vec3 normal,
                            sss_result expected) {
-    static const float albedo[3] = {0.8f, 0.5f, 0.3f},
-                       length[3] = {1.0f, 0.0f, 0.1f}; // Lambert among live channels
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.0f, 0.1f}; // Lambert among live channels
     sss_medium m;
     sss_resampler s;
     sss_probe probe;
@@ -220,8 +209,7 @@ static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, con
 static void expect_ignored(const sss_medium *m, bad_hit bad) {
     uint32_t seed;
     for (seed = 0; seed < 40u; ++seed) {
-        sss_plan plan =
-            plan_of((int)(seed % 9u), (int)(seed % (SSS_MAX_EXITS + 1u)), seed % 16u, (int)(seed / 20u));
+        sss_plan plan = plan_of((int)(seed % 9u), (int)(seed % (SSS_MAX_EXITS + 1u)), seed % 16u, (int)(seed / 20u));
         sss_exit with[SSS_MAX_EXITS], without[SSS_MAX_EXITS];
         int n = look_up(m, &plan, seed, NULL, 0.7f, without);
         assert_int_equal(look_up(m, &plan, seed, &bad, 0.7f, with), n);
@@ -380,8 +368,7 @@ static int exits_are_sound(const sss_exit *exits, int n) {
 }
 
 // One hit on every probe, at a distance r from the entry. Returns whether all exits are finite.
-static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float light, uint32_t seed,
-                  float *weight) {
+static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float light, uint32_t seed, float *weight) {
     sss_resampler s;
     sss_probe probe;
     sss_exit exits[SSS_MAX_EXITS];
@@ -391,8 +378,7 @@ static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float ligh
     while (sss_next_probe(&s, &probe)) sss_add_hit(&s, at, n, light);
     count = sss_finish(&s, exits);
     *weight = count ? exits[0].weight[0] : 0.0f;
-    return exits_are_sound(exits, count) && is_finite(sss_intensity(&s, at, n)) &&
-           sss_intensity(&s, at, n) >= 0.0f;
+    return exits_are_sound(exits, count) && is_finite(sss_intensity(&s, at, n)) && sss_intensity(&s, at, n) >= 0.0f;
 }
 
 static void sweep_distance(int flush) {
@@ -405,13 +391,12 @@ static void sweep_distance(int flush) {
         flush_denormals(flush);
         for (techniques = 0; techniques < 16u; ++techniques) {
             for (k = 0; k < 800 * 3; ++k) {
-                float r = (float)pow(10.0, k / 3 < 300 ? k / 3 / 100.0 - 1.0 : (k / 3 - 300) / 14.0 + 2.0),
-                      weight;
+                float r = (float)pow(10.0, k / 3 < 300 ? k / 3 / 100.0 - 1.0 : (k / 3 - 300) / 14.0 + 2.0), weight;
                 sss_plan plan = plan_of(8, 1, techniques, 0);
                 if (hit_at(&m, &plan, r, lights[k % 3], techniques + 1u, &weight)) continue;
                 if (!broken++)
-                    snprintf(first, sizeof first, "constructor %d, techniques %u, r %g, light %g: weight %g",
-                             which, techniques, (double)r, (double)lights[k % 3], (double)weight);
+                    snprintf(first, sizeof first, "constructor %d, techniques %u, r %g, light %g: weight %g", which,
+                             techniques, (double)r, (double)lights[k % 3], (double)weight);
             }
         }
         flush_denormals(0);
@@ -462,8 +447,7 @@ static void test_sum_of_weights_overflows(void **state) {
         int i, n;
         assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 5u), SSS_OK);
         while (sss_next_probe(&s, &probe))
-            for (i = 0; i < 20; ++i)
-                sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), vector(1.0f, 0.0f, steep), 1.0f);
+            for (i = 0; i < 20; ++i) sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), vector(1.0f, 0.0f, steep), 1.0f);
         n = sss_finish(&s, exits);
         if (!exits_are_sound(exits, n))
             fail_msg("normals (1, 0, %g): weight %g", (double)steep, (double)exits[0].weight[0]);
@@ -477,8 +461,8 @@ static int advice_is_sane(const sss_medium *m, const sss_need *need) {
     sss_plan plan = sss_plan_for(m, need, &advice), again = sss_plan_for(m, need, NULL);
     sss_resampler s;
     return sss_begin(&s, m, &plan, origin, up, 1u) == SSS_OK && plan.candidates == again.candidates &&
-           advice <= (unsigned)(SSS_ADVICE_LAMBERT | SSS_ADVICE_VOLUME) && plan.exits >= 0 &&
-           plan.candidates >= 0 && plan.techniques == (m->r_max > 0.0f && need->curvature_radius >= m->r_max ? SSS_DISK : 0u);
+           advice <= (unsigned)(SSS_ADVICE_LAMBERT | SSS_ADVICE_VOLUME) && plan.exits >= 0 && plan.candidates >= 0 &&
+           plan.techniques == (m->r_max > 0.0f && need->curvature_radius >= m->r_max ? SSS_DISK : 0u);
 }
 
 static void test_plans(void **state) {
@@ -625,8 +609,7 @@ static sss_plan any_plan(uint64_t *state) {
 // Somewhere on the probe with any normal, at the entry, or anywhere.
 static void any_hit(sss_resampler *s, const sss_probe *probe, uint64_t *state, found *f) {
     uint32_t kind = random_bits(state) % 8u;
-    float t = probe->length * random_unit(state), light = random_bits(state) % 2u ? 1.0f : any_float(state),
-          mu;
+    float t = probe->length * random_unit(state), light = random_bits(state) % 2u ? 1.0f : any_float(state), mu;
     sss_vec3 x = any_vector(state), n = any_vector(state);
     if (kind == 0u) x = s->position;
     if (kind > 2u)
@@ -650,8 +633,7 @@ static void any_lookup(const sss_medium *m, uint64_t *state, found *f) {
     sss_exit exits[SSS_MAX_EXITS];
     sss_result result;
     int i, count, hits, probes = 0;
-    if (random_bits(state) % 4u)
-        x = vector(random_unit(state), random_unit(state), -3.0f * random_unit(state));
+    if (random_bits(state) % 4u) x = vector(random_unit(state), random_unit(state), -3.0f * random_unit(state));
     if (random_bits(state) % 4u) n = vector(random_unit(state) - 0.5f, random_unit(state) - 0.5f, 1.0f);
     memset(&s, 0xff, sizeof s);
     result = sss_begin(&s, m, random_bits(state) % 8u ? &plan : NULL, x, n, random_bits(state));
@@ -730,8 +712,7 @@ static void fuzz(int flush, int media, int lookups) {
         fail_msg("not finite or negative: %ld probes, %ld intensities, %ld exits, %ld profiles, %ld within, "
                  "%ld plans; %ld "
                  "refused lookups gave something; first with medium %u",
-                 all.probes, all.intensity, all.exits, all.profile, all.within, all.plans, all.refused,
-                 all.seed);
+                 all.probes, all.intensity, all.exits, all.profile, all.within, all.plans, all.refused, all.seed);
 }
 
 static void test_fuzz(void **state) {
