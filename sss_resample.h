@@ -115,8 +115,8 @@ static inline float sssi_float(uint32_t u) {
 #ifndef SSS_LANES
 #define SSS_LANES 8
 #endif
-/* f(s, dipole, lanes) for n probes or hits, up to the number of lanes. Loops over all lanes vectorise if their number
-   is a constant and sqrt an instruction, and then cost little more than two lanes. */
+/* f(s, dipole, lanes) for n probes or hits, up to the number of lanes. Loops over lanes vectorise if their number is a
+   constant and sqrt an instruction: then all are worked on, else as many as are needed. */
 #if defined(__NO_MATH_ERRNO__) || defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define SSSI_WIDE             1
 #define SSSI_CALL(f, s, d, n) ((n) > 1 ? f(s, d, SSS_LANES) : f(s, d, 1))

@@ -99,8 +99,8 @@ do for [format in "png svg"] {
     set ylabel "candidates M of the greatest efficiency"
     set xrange [0.1:200]; set yrange [0.8:130]; set ytics (1, 2, 4, 8, 16, 32, 64, 128)
     data = out."-best.dat"
-    eval(beside(1, 28, red, "told of the light:\\ndots measured,\\nlines theory"))
-    eval(beside(2, 12, orange, "ours"))
+    eval(beside(1, 90, red, "told of the light:\\ndots measured,\\nlines theory"))
+    eval(beside(2, 9, orange, "ours"))
     eval(draw(sprintf("data index 'told' using 1:3 with lines lw w lc rgb '%s', ", pale_red). \
          sprintf("data index 'ours' using 1:3 with lines lw w lc rgb '%s', ", pale_orange). \
          curve("planned", "lines", 1.5, 2, black).dots("ours", "1", "2", 7, orange).dots("told", "1", "2", 7, red). \
