@@ -295,7 +295,8 @@ SSSI_FN float sssi_max(float a, float b) { return a > b ? a : b; }
 SSSI_FN float sssi_exp_parts(float x, float *p) {
     float n = (x * 1.44269504f + 12582912.0f) - 12582912.0f;
     float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
-    *p = f + f * f * (0.5f + f * (1.0f / 6 + f * (1.0f / 24 + f * (1.0f / 120 + f * (1.0f / 720 + f / 5040)))));
+    float q = f * f, high = (1.0f / 24 + f * (1.0f / 120)) + q * (1.0f / 720 + f * (1.0f / 5040));
+    *p = f + q * ((0.5f + f * (1.0f / 6)) + q * high);
     return sssi_float((uint32_t)(127 + (int)n) << 23);
 }
 SSSI_FN float sssi_exp(float x) { /* x <= 80 */
@@ -314,15 +315,15 @@ SSSI_FN float sssi_log(float x) {
     uint32_t u = sssi_bits(x) - 0x3f3504f3u + 0x3f800000u;
     float n = (float)((int)(u >> 23) - 127);
     float m = sssi_float((u & 0x007fffffu) + 0x3f3504f3u), f = m - 1.0f, s = f / (2.0f + f), z = s * s;
-    float tail = s * (z * (2.0f / 3 + z * (2.0f / 5 + z * (2.0f / 7 + z * (2.0f / 9)))) - f);
+    float tail = s * (z * ((2.0f / 3 + z * (2.0f / 5)) + z * z * (2.0f / 7 + z * (2.0f / 9))) - f);
     return n * 0.693359375f + (f + (tail - n * 2.12194440e-4f));
 }
 /* sin and cos of 2 pi u, u in [0, 1]. */
 SSSI_FN void sssi_sincos_turn(float u, float *s, float *c) {
     int quarter = (int)(4.0f * u + 0.5f);
     float x = (u - 0.25f * (float)quarter) * (2.0f * SSSI_PI), z = x * x;
-    float sn = x + x * z * (-1.0f / 6 + z * (1.0f / 120 + z * (-1.0f / 5040 + z / 362880)));
-    float cs = 1.0f + z * (-0.5f + z * (1.0f / 24 + z * (-1.0f / 720 + z / 40320)));
+    float sn = x + x * z * (-1.0f / 6 + z * (1.0f / 120 + z * (-1.0f / 5040 + z * (1.0f / 362880))));
+    float cs = 1.0f + z * (-0.5f + z * (1.0f / 24 + z * (-1.0f / 720 + z * (1.0f / 40320))));
     float a = (quarter & 1) ? cs : sn, b = (quarter & 1) ? sn : cs;
     *s = (quarter & 2) ? -a : a;
     *c = ((quarter + 1) & 2) ? -b : b;
@@ -416,8 +417,8 @@ SSSI_FN sss_result sssi_check(const float *albedo, const float *a, const float *
 
 /* Unit profile Rd / A of channel c at distance sqrt(r2): [6] and [7]. */
 SSSI_FN float sssi_burley_unit(float d, float r2) {
-    float r = sssi_max(SSSI_SQRT(r2), SSSI_R_MIN * d), e = sssi_exp(-r / (3.0f * d));
-    return (e + e * e * e) / (8.0f * SSSI_PI * d * r);
+    float decay = 1.0f / (3.0f * d), r = sssi_max(SSSI_SQRT(r2), SSSI_R_MIN * d), e = sssi_exp(-decay * r);
+    return (e + e * e * e) * (0.375f / SSSI_PI * decay) / r;
 }
 SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
@@ -753,7 +754,7 @@ static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const 
     s->seed = seed;
     sssi_set_shares(s, given.techniques);
     sssi_set_counts(s);
-    for (i = 0; i < SSS_MAX_EXITS; ++i) {
+    for (i = 0; i < s->exits; ++i) {
         s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
         s->reservoir[i].light = s->reservoir[i].target = 1.0f;
         s->reservoir[i].profile[0] = s->reservoir[i].profile[1] = s->reservoir[i].profile[2] = 0.0f;
@@ -834,22 +835,15 @@ SSSI_FN float sssi_burley_step(float x, float u) {
     return x - (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
 }
 SSSI_FN float sssi_burley_radius(float d, float u) {
-    float x = u * (4.0f / 3 - u / 3);
+    float x = u * (4.0f / 3 - u * (1.0f / 3));
     x = sssi_burley_step(sssi_burley_step(x, u), u);
     return -3.0f * d * sssi_log(sssi_min(x, 1.0f));
 }
-/* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: u = 3/4 e (1 + t/2) + 1/4 e^3 (1 + 3t/2),
-   t = rho / 3d, e = e^-t, by two steps of Halley from a guess good to 5 %. */
-SSSI_FN float sssi_burley_chord_step(float t, float u) {
-    float e = sssi_exp(-t), e3 = e * e * e;
-    float f = 0.75f * e * (1.0f + 0.5f * t) + 0.25f * e3 * (1.0f + 1.5f * t) - u;
-    float d1 = -0.375f * (e * (1.0f + t) + e3 * (1.0f + 3.0f * t)), d2 = 0.375f * t * (e + 9.0f * e3);
-    return t - f * d1 / (d1 * d1 - 0.5f * f * d2);
-}
-SSSI_FN float sssi_burley_chord(float d, float u) {
-    float l = -sssi_log(u), t = l + l / (3.6f + 0.27f * l);
-    t = sssi_burley_chord_step(sssi_burley_chord_step(t, u), u);
-    return 3.0f * d * sssi_max(t, 0.0f);
+/* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: its tail is 3/4 T(t) + 1/4 T(3t), t = rho /
+   3d. T(t) = e^-t (1 + t/2) is half an exponential and half the sum of two; `part` picks. */
+SSSI_FN float sssi_burley_chord(float d, float part, float u) {
+    int i = sssi_class(&part, 8);
+    return -(i < 6 ? 3.0f * d : d) * sssi_log(i & 1 ? u * part : u);
 }
 /* The same for a pole: the distance to it is z / c, with c = u on disks; u = (3c - c^3) / 2 for chords, that is
    1 - u = v = e^2 (3 - e) / 2, e = 1 - c, by Newton. */
@@ -858,7 +852,7 @@ SSSI_FN float sssi_pole_chord_step(float e, float v) {
     return e - (e * e * (3.0f - e) - 2.0f * v) / (3.0f * e * (2.0f - e));
 }
 SSSI_FN float sssi_pole_chord(float z, float u) {
-    float v = 1.0f - u, e = SSSI_SQRT(v * (2.0f / 3 + v / 3));
+    float v = 1.0f - u, e = SSSI_SQRT(v * (2.0f / 3 + v * (1.0f / 3)));
     e = sssi_pole_chord_step(sssi_pole_chord_step(sssi_pole_chord_step(e, v), v), v);
     return sssi_pole_radius(z, sssi_max(1.0f - e, SSSI_NUDGE));
 }
@@ -869,7 +863,7 @@ SSSI_FN float sssi_radius(int dipole, int all, float length, float zv, float sig
     float disk_pole = all || (!chord && pole) ? sssi_pole_radius(z, u) : 0.0f;
     float disk_wave = all || (!chord && !pole) ? sssi_burley_radius(d, u) : 0.0f;
     float chord_pole = all || (chord && pole) ? sssi_pole_chord(z, u) : 0.0f;
-    float chord_wave = all || (chord && !pole) ? sssi_burley_chord(d, u) : 0.0f;
+    float chord_wave = all || (chord && !pole) ? sssi_burley_chord(d, part, u) : 0.0f;
     float of_pole = chord ? chord_pole : disk_pole, of_wave = chord ? chord_wave : disk_wave;
     return !dipole ? of_wave : pole ? of_pole : of_wave;
 }
@@ -958,8 +952,7 @@ SSSI_FN void sssi_draw_segments(const sss_resampler *s, int dipole, int count, s
     sssi_find_places(s, count, &at);
     sssi_draw(s, count, &at, SSSI_CHANNEL, u);
     sssi_draw_channels(s, count, u, &of);
-    for (l = 0; l < count; ++l) part[l] = 0.5f;
-    if (dipole) sssi_draw(s, count, &at, SSSI_PART, part);
+    sssi_draw(s, count, &at, SSSI_PART, part);
     sssi_draw(s, count, &at, SSSI_RADIUS, u);
     sssi_draw(s, count, &at, SSSI_TURN, turn);
     sssi_draw(s, count, &at, SSSI_SIDE, side);

@@ -73,8 +73,7 @@ static worst sweep_values(error_of f, float first, float last, int count) {
     worst all = {0.0, 0.0f};
     int i;
     for (i = 0; i < count; ++i) {
-        float u = ((float)i + sssi_unit(sss_hash((uint32_t)i, 1u))) / (float)count,
-              x = first + (last - first) * u;
+        float u = ((float)i + sssi_unit(sss_hash((uint32_t)i, 1u))) / (float)count, x = first + (last - first) * u;
         take(&all, f(x), x);
     }
     return all;
@@ -145,8 +144,7 @@ static void test_mean_exp(void **state) {
 }
 
 static void test_log(void **state) {
-    worst used = sweep(log_error, 5.9604645e-8f, 1.0f),
-          all = sweep(log_error, 1.17549435e-38f, 3.402823466e38f);
+    worst used = sweep(log_error, 5.9604645e-8f, 1.0f), all = sweep(log_error, 1.17549435e-38f, 3.402823466e38f);
     (void)state;
     expect_below("log on [2^-24, 1], ulp", used, LOG_ULP);
     expect_below("log of all normal floats, ulp", all, LOG_ULP);
@@ -182,12 +180,19 @@ static double burley_radius_error(float u) {
     double t = (double)sssi_burley_radius(sampler_length, u) / (3.0 * (double)sampler_length);
     return fabs(burley_tail(t) / (double)u - 1.0);
 }
-// In units of the rounding that must be allowed for. The residual of the last step has 7 roundings: the
-// exponential's two, those of 1 + t/2, of the products and of the sum. The radius has three, of that step, of
-// 3 d and of the product, and each moves the logarithm of the tail by at most t.
+// The tail of the law that number `i` of the eight parts of a chord's radius draws, and how far the radius is from
+// having it: in units of the rounding that must be allowed for. The logarithm has one ulp, the product of the two
+// numbers half of one, and the radius two, of 3 d and of the product; the latter move the tail's logarithm by t each.
+static double burley_chord_part_tail(int i, double t) {
+    double s = i < 6 ? t : 3.0 * t;
+    return i % 2 ? exp(-s) * (1.0 + s) : exp(-s);
+}
+static int chord_part; // of the eight
 static double burley_chord_error(float u) {
-    double t = (double)sssi_burley_chord(sampler_length, u) / (3.0 * (double)sampler_length);
-    return fabs(burley_chord_tail(t) / (double)u - 1.0) / ((7.0 + 3.0 * t) * HALF_ULP);
+    float part = ((float)chord_part + (float)(sss_hash(sssi_bits(u), 1u) >> 13 | 1u) / 524288.0f) / 8.0f; // exact
+    double t = (double)sssi_burley_chord(sampler_length, part, u) / (3.0 * (double)sampler_length);
+    double s = chord_part < 6 ? t : 3.0 * t, rest = (double)part * 8.0 - chord_part;
+    return fabs(exp(-s) / ((double)u * (chord_part % 2 ? rest : 1.0)) - 1.0) / ((1.0 + 4.0 * s) * HALF_ULP);
 }
 static double pole_radius_error(float u) {
     return fabs(pole_cosine((double)sssi_pole_radius(sampler_length, u)) / (double)u - 1.0);
@@ -233,9 +238,17 @@ static void test_burley_radius(void **state) {
     expect_sampler("tail of Burley's radius, relative", burley_radius_error, 5e-6);
 }
 
+// Each part by its own inverse (an exponential, or the sum of two); together they must be the chord's law.
 static void test_burley_chord(void **state) {
     (void)state;
-    expect_sampler("tail of Burley's chord, of rounding", burley_chord_error, 1.0);
+    sampler_length = 1.7f;
+    for (chord_part = 0; chord_part < 8; ++chord_part)
+        expect_below("a part of Burley's chord, of rounding", sweep_unit(burley_chord_error, exhaustive), 1.0);
+    for (double t = 0.0; t < 40.0; t += 0.01) {
+        double sum = 0.0;
+        for (int i = 0; i < 8; ++i) sum += burley_chord_part_tail(i, t) / 8.0;
+        if (!(fabs(sum - burley_chord_tail(t)) <= 1e-14)) fail_msg("the eight parts at t = %g: %.17g", t, sum);
+    }
 }
 
 // Six roundings lie between u and the radius (two of them under a root), and the cosine follows the radius at

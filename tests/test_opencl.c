@@ -58,7 +58,7 @@ static inline float math_of(int which, float x) {
     case 6: return SSSI_SQRT(math_domain(x, 0.0f, 3.402823466e38f));
     case 7: return 1.0f / x;
     case 8: return sssi_burley_radius(1.7f, u);
-    case 9: return sssi_burley_chord(1.7f, u);
+    case 9: return sssi_burley_chord(1.7f, sssi_unit(sss_hash(sssi_bits(x), 8u)), u);
     case 10: return sssi_pole_radius(0.3f, u);
     case 11: return sssi_pole_chord(0.3f, u);
     case 12: return sssi_burley_unit(0.3f, math_domain(x, 0.0f, 1e30f));
