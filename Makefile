@@ -18,7 +18,7 @@ PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core g
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
-CHARTS   := when error-0 error-512 error-4096 best size model plan seam
+CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
 .PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix chart bench install clean
