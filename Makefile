@@ -71,7 +71,7 @@ build/bench: demos/bench.c sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm
 
 build/chart build/model: build/%: demos/%.c $(wildcard demos/*.h) sss_resample.h | build
-	$(DEMO_C) $< -o $@ -lm
+	$(DEMO_C) $< -o $@ -lstb -lm
 
 build/bench_exits: cl/bench_exits.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lm

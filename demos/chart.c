@@ -5,11 +5,12 @@
 
 #include <errno.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <time.h>
 #include <unistd.h>
 
+#define COMMAND "chart"
+#include "command.h"
 #include "rivals.h"
 
 #define CHART_SCENES  5
@@ -70,16 +71,6 @@ static volatile sig_atomic_t interrupted = 0;
 static void interrupt(int signal) {
     (void)signal;
     interrupted = 1;
-}
-
-static void fail(int code, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("chart: ", stderr);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
-    va_end(arguments);
-    exit(code);
 }
 
 static double clock_seconds(clockid_t clock) {

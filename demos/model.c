@@ -4,11 +4,8 @@
 // SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
-#include <errno.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <time.h>
-
+#define COMMAND "model"
+#include "command.h"
 #include "rivals.h"
 
 #define SEAM_SIDE  200   // pixels
@@ -20,16 +17,6 @@ static const char usage[] =
     "Measures the profiles against SEARCHLIGHT (tests/data/mc_searchlight.csv): OUT-model.dat; Burley's on balls and\n"
     "slabs against a random walk: OUT-volume.dat; and a sphere whose diffuse mean free path grows from left to right,\n"
     "with and without the plan's advice: OUT-seam.dat.\n";
-
-static void fail(int code, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("model: ", stderr);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
-    va_end(arguments);
-    exit(code);
-}
 
 static FILE *open_data(const char *out, const char *name) {
     char path[1024];
@@ -193,7 +180,7 @@ typedef struct seam_column {
     double x, sum[2], squares[2], seconds[2], pixels, advised;
 } seam_column;
 
-static double now(void) {
+static double cpu_now(void) {
     struct timespec t;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
@@ -237,10 +224,10 @@ static void measure_column(const scene *s, seam_column *column, int x, int sampl
         int lambert;
         sss_burley(&w.s.medium, albedo, lengths);
         for (int planned = 0; planned < 2; planned++) {
-            double start = now();
+            double start = cpu_now();
             uint32_t seed = sss_hash((uint32_t)(2 * x + planned), (uint32_t)y);
             double value = seam_pixel(&w, at, planned, seed, samples, &lambert);
-            column->seconds[planned] += (now() - start) / samples;
+            column->seconds[planned] += (cpu_now() - start) / samples;
             column->sum[planned] += value;
             column->squares[planned] += value * value;
             if (planned) pixel[y] = (float)value;

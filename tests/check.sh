@@ -27,3 +27,16 @@ finish() {
     echo "$passed passed, $failed failed, $skipped skipped"
     exit $((failed > 0))
 }
+
+# refuses CODE PROGRAM WORDS...: this exit code, one line of complaint, nothing on the standard output. It runs where no
+# stray file can stay.
+refuses() {
+    local expected=$1 code lines
+    shift
+    (cd "$work" && "$@" >plain_output 2>error)
+    code=$?
+    lines=$(wc -l <"$work/error")
+    cat "$work/error"
+    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
+    [ $code -eq "$expected" ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
+}

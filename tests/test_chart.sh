@@ -15,33 +15,23 @@ if [ ! -x "$chart" ] || [ ! -x "$model" ]; then
 fi
 csv=$work/chart.csv
 
-# Exit code 2, one line of complaint, nothing on the standard output. It runs where no stray file can stay.
-refuses() {
-    (cd "$work" && "$@" >plain_output 2>error)
-    local code=$? lines
-    lines=$(wc -l <"$work/error")
-    cat "$work/error"
-    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
-    [ $code -eq 2 ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
-}
-
 check_options() {
     local program
     for program in "$chart" "$model"; do
         check "$(basename "$program") --help" sh -c "'$program' --help | grep -q '^usage: '"
-        check "$(basename "$program") refuses --nonsense" refuses "$program" --nonsense
+        check "$(basename "$program") refuses --nonsense" refuses 2 "$program" --nonsense
     done
-    check "chart refuses a word" refuses "$chart" nonsense
-    check "chart refuses --csv without a file" refuses "$chart" --csv
-    check "chart refuses a file in no directory" refuses "$chart" --quick --csv no/such/directory/x.csv
+    check "chart refuses a word" refuses 2 "$chart" nonsense
+    check "chart refuses --csv without a file" refuses 2 "$chart" --csv
+    check "chart refuses a file in no directory" refuses 2 "$chart" --quick --csv no/such/directory/x.csv
     echo "this is no chart" >"$work/text"
-    check "chart refuses another kind of file" refuses "$chart" --quick --csv text
+    check "chart refuses another kind of file" refuses 2 "$chart" --quick --csv text
     echo "# chart full, CPU time on another machine" >"$work/other"
-    check "chart refuses rows of another machine" refuses "$chart" --quick --csv other
+    check "chart refuses rows of another machine" refuses 2 "$chart" --quick --csv other
     check "chart leaves them as they were" test "$(cat "$work/other")" = "# chart full, CPU time on another machine"
-    check "model refuses to go without files" refuses "$model"
-    check "model refuses a searchlight that is not there" refuses "$model" --quick no/such/file x
-    check "model refuses a searchlight without one" refuses "$model" --quick text x
+    check "model refuses to go without files" refuses 2 "$model"
+    check "model refuses a searchlight that is not there" refuses 2 "$model" --quick no/such/file x
+    check "model refuses a searchlight without one" refuses 2 "$model" --quick text x
 }
 
 # ---- Rows. Interrupted after about a third, with a row torn in the middle.

@@ -14,18 +14,6 @@ if [ ! -x "$render" ] || [ ! -x "$build/test_opencl" ]; then
     finish
 fi
 
-# refuses CODE WORDS...: this exit code, one line of complaint, nothing on the standard output.
-refuses() {
-    local wanted=$1 code lines
-    shift
-    (cd "$work" && "$render" "$@" >plain_output 2>error)
-    code=$?
-    lines=$(wc -l <"$work/error")
-    cat "$work/error"
-    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
-    [ $code -eq "$wanted" ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
-}
-
 # ---- The text of the kernels
 
 syntax() { # STANDARD FILE OPTIONS
@@ -130,7 +118,7 @@ refuse_parts() {
     (cat "$work/bare.pfm" && echo "samples 0 0 seed 1 of slab burley") >"$work/none.pfm"
     local wrong
     for wrong in a b other size profile bare short none; do
-        refuses 2 --merge a.pfm $wrong.pfm --pfm x.pfm || { echo "a with $wrong" && return 1; }
+        refuses 2 "$render" --merge a.pfm $wrong.pfm --pfm x.pfm || { echo "a with $wrong" && return 1; }
     done
 }
 
@@ -169,8 +157,8 @@ interrupt() { # OPTIONS: the picture holds what its note says, and is the pictur
 no_device() {
     export OCL_ICD_VENDORS=$work/nowhere
     "$render" --list-devices
-    refuses 3 --device opencl --size 8x8 --spp 1 --pfm x.pfm && refuses 3 --device opencl:all --size 8x8 --spp 1 \
-        --pfm x.pfm || return 1
+    refuses 3 "$render" --device opencl --size 8x8 --spp 1 --pfm x.pfm || return 1
+    refuses 3 "$render" --device opencl:all --size 8x8 --spp 1 --pfm x.pfm || return 1
     [ ! -e "$work/x.pfm" ] && part cpu --device cpu --spp 1
 }
 
@@ -211,8 +199,8 @@ check_devices() {
     fi
     check "--list-devices" lists_devices
     index=$(("$("$render" --list-devices | grep -c '^opencl:')"))
-    check "a number too high" refuses 2 --device opencl:$index --size 8x8 --spp 1 --pfm x.pfm
-    check "a number far too high" refuses 2 --device opencl:999999999999 --size 8x8 --spp 1 --pfm x.pfm
+    check "a number too high" refuses 2 "$render" --device opencl:$index --size 8x8 --spp 1 --pfm x.pfm
+    check "a number far too high" refuses 2 "$render" --device opencl:999999999999 --size 8x8 --spp 1 --pfm x.pfm
     if "$render" --device opencl --size 1x1 --spp 1 --pfm "$work/one.pfm" 2>&1 | grep -q 'does not round'; then
         skip "the same pictures on a device" "it is not IEEE-correct: test_opencl states by how much"
     else

@@ -24,20 +24,10 @@ help_works() {
     done
 }
 
-# Exit code 2, one line of complaint, nothing on the standard output. It runs where no stray picture can stay.
-refuses() {
-    (cd "$work" && "$render" "$@" >plain_output 2>error)
-    local code=$? lines
-    lines=$(wc -l <"$work/error")
-    cat "$work/error"
-    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
-    [ $code -eq 2 ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
-}
-
 check_options() {
     check "--help" help_works
     while IFS= read -r words; do
-        check "refused: $words" refuses $words
+        check "refused: $words" refuses 2 "$render" $words
     done <<'END'
 --nonsense
 nonsense
@@ -105,9 +95,9 @@ nonsense
 --merge a.pfm --pfm x.pfm --spp 4
 --merge a.pfm --merge b.pfm --pfm x.pfm
 END
-    check "refused: an empty scene" refuses --scene ""
-    check "refused: an empty list of techniques" refuses --techniques ""
-    check "refused: empty file names" refuses --size 8x8 --spp 1 --pfm ""
+    check "refused: an empty scene" refuses 2 "$render" --scene ""
+    check "refused: an empty list of techniques" refuses 2 "$render" --techniques ""
+    check "refused: empty file names" refuses 2 "$render" --size 8x8 --spp 1 --pfm ""
 }
 
 # ---- Files
@@ -228,12 +218,12 @@ error_is_positive() {
 }
 
 wrong_size_is_refused() {
-    picture first && refuses --size 20x24 --spp 1 --pfm x.pfm --against "$work/first.pfm"
+    picture first && refuses 2 "$render" --size 20x24 --spp 1 --pfm x.pfm --against "$work/first.pfm"
 }
 
 not_a_picture_is_refused() {
     echo "this is no picture" >"$work/text.pfm"
-    refuses --size 20x24 --spp 1 --pfm x.pfm --against "$work/text.pfm"
+    refuses 2 "$render" --size 20x24 --spp 1 --pfm x.pfm --against "$work/text.pfm"
 }
 
 check_repetition() {
