@@ -296,7 +296,7 @@ SSSI_FN float sssi_exp_parts(float x, float *p) {
     float n = (x * 1.44269504f + 12582912.0f) - 12582912.0f;
     float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
     float q = f * f, high = (1.0f / 24 + f * (1.0f / 120)) + q * (1.0f / 720 + f * (1.0f / 5040));
-    *p = f + q * ((0.5f + f * (1.0f / 6)) + q * high);
+    *p = f + q * (0.5f + (f * (1.0f / 6) + q * high));
     return sssi_float((uint32_t)(127 + (int)n) << 23);
 }
 SSSI_FN float sssi_exp(float x) { /* x <= 80 */
