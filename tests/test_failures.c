@@ -1,5 +1,5 @@
-/* The promise: the known ways in which sampling of subsurface scattering fails do not fail here. These are the ones that
-   no other file holds; tests/README.md says which test answers which.
+/* The promise: the known ways in which sampling of subsurface scattering fails do not fail here. These are the ones
+   that no other file holds; tests/README.md says which test answers which.
 
    Comparisons: 24 z-scores at |z| < 5.0, 10 distributions at sqrt(n) D < 2.6: the chance that a correct header fails
    somewhere in this file is 24 * 5.7e-7 + 10 * 2.7e-6 = 4e-5. The rest is exact, or a bound that follows from the bound
@@ -9,8 +9,8 @@
 
 #define Z_LIMIT 5.0
 #define BLOCKS  64
-#define SUP     3.3   /* of a dipole's profile over its proposal, eta up to 2: the header's bound */
-#define EPSILON 6e-8  /* 2^-24, one rounding */
+#define SUP     3.3  /* of a dipole's profile over its proposal, eta up to 2: the header's bound */
+#define EPSILON 6e-8 /* 2^-24, one rounding */
 
 static sss_plan plan_of(int candidates, int exits, unsigned techniques, int independent) {
     sss_plan plan;
@@ -92,8 +92,8 @@ static void dipoles_do_not_cancel(void **state) {
     check_at_least("radii compared", compared, 6000.0);
 }
 
-/* Without absorption a dipole falls as 1/r^3: an exponential proposal has a relative variance of 45 at albedo' = 1 - 1e-6.
-   Here Rd / (A P) <= SUP, so that E[w^2] <= SUP A E[w]. */
+/* Without absorption a dipole falls as 1/r^3: an exponential proposal has a relative variance of 45 at albedo' = 1 -
+   1e-6. Here Rd / (A P) <= SUP, so that E[w^2] <= SUP A E[w]. */
 static void albedo_near_one_stays_calm(void **state) {
     static const double dark[] = {1e-2, 1e-4, 1e-6, 0.0};
     const sss_plan plan = plan_of(1, 1, SSS_DISK, 1);
@@ -162,8 +162,8 @@ static void radii_follow_their_density_to_the_ends(void **state) {
     (void)state;
     for (i = 0; i < 5; ++i)
         for (chord = 0; chord < 2; ++chord) {
-            sss_medium m = i == 0 ? burley(0.8f, 1.0f, 1.0f, 1.0f)
-                                  : dipole(i > 2, i & 1 ? 0.1 : 0.0, i & 1 ? 0.9 : 1.0, 1.4f);
+            sss_medium m =
+                i == 0 ? burley(0.8f, 1.0f, 1.0f, 1.0f) : dipole(i > 2, i & 1 ? 0.1 : 0.0, i & 1 ? 0.9 : 1.0, 1.4f);
             double distance = distance_of_radii(&m, chord, TEST_SEED + 100u + (uint32_t)(2 * i + chord));
             check_at_most(chord ? "sqrt(n) D of the chords' radii" : "sqrt(n) D of the disks' radii", distance, 2.6);
             worst = fmax(worst, distance);
@@ -319,8 +319,8 @@ static void hints_of_zero_drop_their_light_and_no_other(void **state) {
     check_at_least("z of that bias", (5.0 * albedo - got[0].mean) / st_error(&got[0]), 20.0);
 }
 
-/* ---- One exit for three colours: their noise has a floor of C - 1 = 2, which exits divide. To that comes, of M probes,
-   at most the bound of a hit over the albedo, 3 * 2 / (1/4), by M. ---- */
+/* ---- One exit for three colours: their noise has a floor of C - 1 = 2, which exits divide. To that comes, of M
+   probes, at most the bound of a hit over the albedo, 3 * 2 / (1/4), by M. ---- */
 static void colour_noise_falls_with_exits(void **state) {
     static const int exits[] = {1, 2, 4};
     sss_medium m = burley(0.8f, 10.0f, 0.1f, 0.001f);
