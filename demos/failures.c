@@ -50,7 +50,7 @@ static panel panels[PANELS] = {
      "but the variance of red is infinite, as its profile is more than twice as wide as the density that should find "
      "it. "
      "So most of the picture lacks red and a few dots have it all. The header draws from all channels and weighs by "
-     "their mixture.",
+     "their mixture. The figures are the largest weight of a lookup over the albedo.",
      "", ""},
     {"wall", "A pick that does not know of the light",
      "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are "
@@ -356,9 +356,9 @@ static void show_edge(void) {
     tally b = measure(&s, &ours, entry_on(&s, WIDE - 0.2f), 0, 12u, lookups_of(800000));
     claim(EDGE, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(EDGE, "ours", "mean", b.mean, b.error, truth, 0.0);
-    snprintf(panels[EDGE].left, sizeof panels[EDGE].left, "disk: %.3f of the light, claims +- %.4f", a.mean / truth,
-             a.error / truth);
-    snprintf(panels[EDGE].right, sizeof panels[EDGE].right, "ours: %.3f, claims +- %.4f", b.mean / truth,
+    snprintf(panels[EDGE].left, sizeof panels[EDGE].left, "disk: %.3f of the light, claims \302\261 %.4f",
+             a.mean / truth, a.error / truth);
+    snprintf(panels[EDGE].right, sizeof panels[EDGE].right, "ours: %.3f, claims \302\261 %.4f", b.mean / truth,
              b.error / truth);
     memset(&s, 0, sizeof s);
     scenes_shape(&s, scene_vec(0.0f, 2.0f, 0.0f), scene_vec(1.0f, 0.8f, 0.8f), 2e-3f, scene_vec(0.0f, 35.0f, 0.0f));
