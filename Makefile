@@ -21,7 +21,7 @@ TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix chart failures bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table mix chart failures bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -30,6 +30,7 @@ help:
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
+	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
@@ -128,6 +129,9 @@ failures: build/failures
 test test-long:
 	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
+
+test-table:
+	@BUILD=build tests/table.sh
 
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh
