@@ -27,8 +27,11 @@ typedef struct panel {
 enum { EDGE, HITS, RETRY, REACH, COLOURS, WALL, HAIR, SLAB, BUMPS, FLOATS, PANELS };
 static panel panels[PANELS] = {
     {"edge", "A disk probe along the normal is blind to faces along that normal",
-     "A block under an even sky. Probes about the normal alone never meet the other face of an edge: the light that "
-     "would leave there is lost, and since nothing is noisy the picture looks converged. Chords meet every face alike.",
+     "Probes about the normal alone never meet the other face of an edge: the light that would leave there is lost, "
+     "and "
+     "since nothing is noisy the picture looks converged. Chords meet every face alike. The figures are for even "
+     "light, "
+     "0.2 d from the edge.",
      "", ""},
     {"hits", "Dividing by hits instead of probes",
      "The sum of the candidates' weights has to be divided by the probes that were sent. Divided by the hits that "
@@ -54,10 +57,12 @@ static panel panels[PANELS] = {
      "", ""},
     {"wall", "A pick that does not know of the light",
      "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are "
-     "dark. A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays.",
+     "dark. A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays. The "
+     "figures are "
+     "for the pixel in the middle.",
      "", ""},
     {"hair", "Weights without a bound",
-     "A hair a tenth as thick as the mean free path. Where its side turns along the only axis of the probes, the "
+     "A hair of radius d / 10. Where its side turns along the only axis of the probes, the "
      "density goes to zero and the weight to infinity: the largest weight grows with the number of lookups for ever. "
      "With chords in the mix no weight exceeds the bound.",
      "", ""},
@@ -77,9 +82,12 @@ static panel panels[PANELS] = {
      "", ""},
 };
 
-static void name_halves(int which, const char *left, double a, const char *right, double b) {
-    snprintf(panels[which].left, sizeof panels[which].left, left, a);
-    snprintf(panels[which].right, sizeof panels[which].right, right, b);
+// What stands above the halves: a format each for a figure and its standard error, which it may leave out.
+#define PLUS_MINUS " \302\261 "
+static void name_halves(int which, const char *left, double a, double a_error, const char *right, double b,
+                        double b_error) {
+    snprintf(panels[which].left, sizeof panels[which].left, left, a, a_error);
+    snprintf(panels[which].right, sizeof panels[which].right, right, b, b_error);
 }
 
 // One line of the table. kind is "mean" or "noise", which are compared with `truth` by their errors, or "exact".
@@ -133,7 +141,7 @@ static void look_up(const scene *s, const method *k, tracer_point at, int lit, u
     int found = 0, exits = 0;
     if (k->flaw == SHORT_REACH) medium.r_max = k->reach;
     value[0] = value[1] = value[2] = 0.0;
-    for (uint32_t attempt = 0; attempt == 0u || (k->flaw == RETRIES && exits == 0); attempt++) {
+    for (uint32_t attempt = 0; attempt == 0u || (k->flaw == RETRIES && exits == 0 && attempt < 100000u); attempt++) {
         sss_begin(&r, &medium, &plan, at.position, at.normal, attempt ? sss_hash(seed, attempt) : seed);
         while (sss_next_probe(&r, &probe)) {
             scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
@@ -356,10 +364,8 @@ static void show_edge(void) {
     tally b = measure(&s, &ours, entry_on(&s, WIDE - 0.2f), 0, 12u, lookups_of(800000));
     claim(EDGE, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(EDGE, "ours", "mean", b.mean, b.error, truth, 0.0);
-    snprintf(panels[EDGE].left, sizeof panels[EDGE].left, "disk: %.3f of the light, claims \302\261 %.4f",
-             a.mean / truth, a.error / truth);
-    snprintf(panels[EDGE].right, sizeof panels[EDGE].right, "ours: %.3f, claims \302\261 %.4f", b.mean / truth,
-             b.error / truth);
+    name_halves(EDGE, "disk: %.4f" PLUS_MINUS "%.4f of the light", a.mean / truth, a.error / truth,
+                "ours: %.4f" PLUS_MINUS "%.4f", b.mean / truth, b.error / truth);
     memset(&s, 0, sizeof s);
     scenes_shape(&s, scene_vec(0.0f, 2.0f, 0.0f), scene_vec(1.0f, 0.8f, 0.8f), 2e-3f, scene_vec(0.0f, 35.0f, 0.0f));
     scenes_camera(&s, scene_vec(0.0f, 5.2f, 6.0f), scene_vec(0.0f, 1.95f, 0.0f), 24.0f);
@@ -370,7 +376,7 @@ static void show_edge(void) {
 static void show_hits(void) {
     static scene s;
     const char *const names[3] = {"plane", "sphere of radius d", "stack of plates"};
-    double last[2][3];
+    double last[2][3], error = 0.0; // the largest of ours
     FILE *f = open_file("-hits.dat");
     for (int side = 0; side < 2; side++)
         for (int body = 0; body < 3; body++) {
@@ -387,20 +393,21 @@ static void show_hits(void) {
                 fprintf(f, "%d %g %g\n", m, t.mean / truth, t.error / truth);
                 if (m == 8) claim(HITS, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
                 if (m == 8) last[side][body] = t.mean / truth - 1.0;
+                if (m == 8 && side) error = fmax(error, t.error / truth);
             }
             fprintf(f, "\n\n");
         }
     close_file(f, "-hits.dat");
     snprintf(panels[HITS].left, sizeof panels[HITS].left, "by hits: %+.0f, %+.0f, %+.0f %%", 100.0 * last[0][0],
              100.0 * last[0][1], 100.0 * last[0][2]);
-    snprintf(panels[HITS].right, sizeof panels[HITS].right, "ours: %+.2f, %+.2f, %+.2f %%", 100.0 * last[1][0],
-             100.0 * last[1][1], 100.0 * last[1][2]);
+    snprintf(panels[HITS].right, sizeof panels[HITS].right, "ours: %+.2f, %+.2f, %+.2f" PLUS_MINUS "%.2f %%",
+             100.0 * last[1][0], 100.0 * last[1][1], 100.0 * last[1][2], 100.0 * error);
 }
 
 static void show_retry(void) {
     static scene s;
     const method king = {SSS_DISK | SSS_DISK_TANGENTS, RETRIES, 1, 0.0f};
-    double small[2] = {0.0, 0.0};
+    double small[2] = {0.0, 0.0}, small_error[2] = {0.0, 0.0};
     FILE *f = open_file("-retry.dat");
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i <= 10; i++) {
@@ -409,13 +416,14 @@ static void show_retry(void) {
             tally t = measure(&s, side ? &one_probe : &king, at, 0, 100u + (uint32_t)i, lookups_of(800000));
             double truth = truth_sphere(&s, (double)radius);
             fprintf(f, "%g %g %g\n", (double)radius, t.mean / truth, t.error / truth);
-            if (i == 0) small[side] = t.mean / truth;
+            if (i == 0) small[side] = t.mean / truth, small_error[side] = t.error / truth;
             if (i % 5 == 0) claim(RETRY, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
         }
         fprintf(f, "\n\n");
     }
     close_file(f, "-retry.dat");
-    name_halves(RETRY, "until one hits: up to %.0f times the light", small[0], "ours: %.2f times", small[1]);
+    name_halves(RETRY, "until one hits: up to %.2f" PLUS_MINUS "%.2f times", small[0], small_error[0],
+                "ours: %.3f" PLUS_MINUS "%.3f", small[1], small_error[1]);
 }
 
 // White wax: red light goes ten times as far as green, and 25 times as far as blue.
@@ -436,8 +444,9 @@ static void show_reach(void) {
     tally a = measure(&s, &cut, at, 0, 31u, lookups_of(800000)), b = measure(&s, &ours, at, 0, 32u, lookups_of(800000));
     claim(REACH, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(REACH, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(REACH, "16 d of green: %.0f %% of the red light is lost", 100.0 - 100.0 * a.mean / truth,
-                "ours: red %+.2f %%", 100.0 * b.mean / truth - 100.0);
+    name_halves(REACH, "16 d of green: red %+.1f" PLUS_MINUS "%.1f %%", 100.0 * a.mean / truth - 100.0,
+                100.0 * a.error / truth, "ours: red %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
+                100.0 * b.error / truth);
     take_both(&s, &cut, REACH, quick ? 4 : 64);
 }
 static void show_colours(void) {
@@ -451,8 +460,8 @@ static void show_colours(void) {
     claim(COLOURS, "classical", "exact", a.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "exact", b.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(COLOURS, "radii of blue: red weights up to %.0f", a.greatest / albedo, "ours: up to %.1f",
-                b.greatest / albedo);
+    name_halves(COLOURS, "radii of blue: red weights up to %.0f", a.greatest / albedo, 0.0, "ours: up to %.1f",
+                b.greatest / albedo, 0.0);
     take_both(&s, &blue, COLOURS, quick ? 2 : 32);
 }
 
@@ -498,7 +507,8 @@ static void show_wall(void) {
     }
     claim(WALL, "classical", "noise", t[0].noise, t[0].noise_error, t[1].noise, t[1].noise_error);
     claim(WALL, "ours", "mean", t[1].mean, t[1].error, truth.mean, truth.error);
-    name_halves(WALL, "not told: variance %.3f", t[0].noise, "ours, told: %.3f", t[1].noise);
+    name_halves(WALL, "not told: variance %.4f" PLUS_MINUS "%.4f", t[0].noise, t[0].noise_error,
+                "ours, told: %.4f" PLUS_MINUS "%.4f", t[1].noise, t[1].noise_error);
 }
 
 static void show_hair(void) {
@@ -522,13 +532,13 @@ static void show_hair(void) {
         free(values);
     }
     close_file(f, "-hair.dat");
-    name_halves(HAIR, "disk about the normal: up to %.0f", greatest[0], "ours: up to %.1f", greatest[1]);
+    name_halves(HAIR, "disk about the normal: up to %.0f", greatest[0], 0.0, "ours: up to %.1f", greatest[1], 0.0);
 }
 
 static void show_slab(void) {
     static scene s;
     const method sphere = {SSS_SPHERE, SOUND, 8, 0.0f};
-    double at_h[2] = {0.0, 0.0};
+    double at_h[2] = {0.0, 0.0}, at_h_error[2] = {0.0, 0.0};
     FILE *f = open_file("-slab.dat");
     for (int side = 0; side < 2; side++) {
         for (int i = -10; i <= 10; i++) {
@@ -537,13 +547,14 @@ static void show_slab(void) {
             tally got = measure(&s, side ? &ours : &sphere, at, 0, 60u + (uint32_t)(i + 10), lookups_of(200000));
             double truth = truth_plates(&s, 1, (double)t);
             fprintf(f, "%g %g %g\n", (double)t, got.mean / truth, got.error / truth);
-            if (i == 0) at_h[side] = got.mean / truth;
+            if (i == 0) at_h[side] = got.mean / truth, at_h_error[side] = got.error / truth;
             if (side || i == 0) claim(SLAB, side ? "ours" : "classical", "mean", got.mean, got.error, truth, 0.0);
         }
         fprintf(f, "\n\n");
     }
     close_file(f, "-slab.dat");
-    name_halves(SLAB, "sphere alone: %.2f of the light at t = h", at_h[0], "ours: %.3f", at_h[1]);
+    name_halves(SLAB, "sphere alone, t = h: %.3f" PLUS_MINUS "%.3f", at_h[0], at_h_error[0],
+                "ours: %.3f" PLUS_MINUS "%.3f", at_h[1], at_h_error[1]);
 }
 
 static void show_bumps(void) {
@@ -559,8 +570,9 @@ static void show_bumps(void) {
           b = measure(&s, &ours, at, 0, 72u, lookups_of(400000));
     claim(BUMPS, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(BUMPS, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(BUMPS, "shading normals: %+.0f %% on top", 100.0 * a.mean / truth - 100.0,
-                "ours, geometric normals: %+.2f %%", 100.0 * b.mean / truth - 100.0);
+    name_halves(BUMPS, "shading normals: %+.2f" PLUS_MINUS "%.2f %% on top", 100.0 * a.mean / truth - 100.0,
+                100.0 * a.error / truth, "ours, geometric: %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
+                100.0 * b.error / truth);
     take_both(&s, &bumped, BUMPS, quick ? 4 : 48);
 }
 
@@ -595,7 +607,7 @@ static void show_floats(void) {
     close_file(f, "-floats.dat");
     claim(FLOATS, "classical", "exact", worst[0], 0.0, 1e-5, 0.0);
     claim(FLOATS, "ours", "exact", worst[1], 0.0, 1e-5, 0.0);
-    name_halves(FLOATS, "as written: error up to %.2g", worst[0], "ours: up to %.1e", worst[1]);
+    name_halves(FLOATS, "as written: error up to %.2g", worst[0], 0.0, "ours: up to %.1e", worst[1], 0.0);
 }
 
 // ---- The page
@@ -616,8 +628,9 @@ static void write_page(void) {
     fprintf(f, "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Where methods fail</title>\n"
                "<style>body{font:16px/1.5 sans-serif;max-width:900px;margin:2em auto;padding:0 1em;color:#202020}"
                "img{width:100%%}figure{margin:3em 0}</style>\n<h1>Where methods fail</h1>\n"
-               "<p>Left a classical way, right sss_resample.h, both measured in one run. Variances are those of one "
-               "lookup over the squared mean. Lengths are in units of d, the length of Burley's profile.</p>\n");
+               "<p>Left a classical way, right sss_resample.h, both measured in one run. Standard errors follow "
+               "the figures; variances are over the squared mean. Lengths are in units of d, the length of Burley's "
+               "profile.</p>\n");
     for (int i = 0; i < PANELS; i++)
         fprintf(f,
                 "<figure><img src=\"%s-%s.png\" alt=\"%s\"><figcaption>%s <b>Left</b>, %s. <b>Right</b>, %s."

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Fills the column of figures in tests/README.md from the logs of the last `make test`, and fails if a test that the page
-# names has not passed there. Run from the top of the repository; BUILD names where the logs are.
+# Fills the column of figures in tests/README.md from the logs of the last `make test`, and fails if a test that the
+# page names has not passed there. Run from the top of the repository; BUILD names where the logs are.
 # SPDX-License-Identifier: MIT
 set -u
 page=tests/README.md logs=${BUILD:-build}/logs missing=0
