@@ -17,7 +17,8 @@ for script in $(grep -o '`[a-z_]*\.sh`' "$page" | tr -d '`' | sort -u); do
 done
 [ $missing = 0 ] || exit 1
 
-# What the tests of one row have printed: of each function its own lines, of each file its z-scores.
+# What the tests of one row have printed: of each function its own lines, of each file, once, its z-scores.
+declare -A told
 figures() {
     local file functions function
     while read -r file functions; do
@@ -25,22 +26,25 @@ figures() {
         for function in $functions; do
             sed -n "/^\[ RUN      \] $function\$/,/^\[       OK \] $function\$/p" "$logs/test_$file.log" | sed '1d;$d'
         done
+        [ "${told[$file]:-}" ] || grep -h '^[0-9]* z-scores' "$logs/test_$file.log"
+        told[$file]=1
     done < <(grep -o '`[a-z_]*: [a-z_0-9 ]*`' <<<"$1" | tr -d '`')
-    for file in $(grep -o '`[a-z_]*: ' <<<"$1" | tr -d '`: ' | uniq); do
-        grep -h '^[0-9]* z-scores' "$logs/test_$file.log"
-    done
     for file in $(grep -o '`[a-z_]*\.sh`' <<<"$1" | tr -d '`'); do
-        grep -hE '^    |passed, ' "$logs/test_$file.log" | grep -v '^    ok'
+        awk '/^    / && / z -?[0-9]/ { sub(/.* z /, ""); z = $0 < 0 ? -$0 : $0 + 0; n++; if (z > worst) worst = z; next }
+             /^    / && !/^    ok/ || /passed, / { print }
+             END { if (n) printf "%d z-scores, worst %.2f\n", n, worst }' "$logs/test_$file.log"
     done
 }
+# One line of them, without where the worst cases were.
+join() {
+    tr -s ' ' | sed 's/^ //; s/[;.]*$//; s/ at [-+0-9.e]*,/,/; s/|//g' | paste -sd';' | sed 's/;\([^ ]\)/; \1/g; s/:;/:/g'
+}
 while IFS= read -r line; do
-    case $line in
-    '| '*' | '*' | '*' |')
-        case $line in '| promise '*) printf '%s\n' "$line" && continue ;; esac
+    if [[ $line == '| '* && $line != '| promise '* && $(tr -cd '|' <<<"$line" | wc -c) -eq 4 ]]; then
         tests=$(cut -d'|' -f3 <<<"$line")
-        new=$(figures "$tests" | tr -s ' ' | sed 's/^ //; s/[;:.]*$//; s/|/\&#124;/g' | paste -sd';' | sed 's/;/; /g')
-        printf '%s|%s| %s |\n' "|$(cut -d'|' -f2 <<<"$line")" "$tests" "${new:-exact}"
-        ;;
-    *) printf '%s\n' "$line" ;;
-    esac
-done <"$page" >"$page.new" && mv "$page.new" "$page"
+        figures "$tests" >"$page.new.figures"
+        new=$(join <"$page.new.figures")
+        line="|$(cut -d'|' -f2 <<<"$line")|$tests| ${new:-exact} |"
+    fi
+    printf '%s\n' "$line"
+done <"$page" >"$page.new" && rm -f "$page.new.figures" && mv "$page.new" "$page"

@@ -221,7 +221,8 @@ static void bodies_smaller_than_the_depth(void **state) {
             truth = (double)0.8f * st_closed_form(&f);
             run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t), 400000, got);
             snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size, plan.techniques);
-            print_message("    %s: relative variance %.2f\n", name, relative_variance(&got[1]));
+            print_message("    %s %g, %s: relative variance %.2f\n", st_kind_name(f.kind), f.size,
+                          t ? "sphere and chord" : "default", relative_variance(&got[1]));
             check_z(name, got[1].mean, st_error(&got[1]), truth, 2e-5 * truth, Z_LIMIT);
             if (t == 0 && i == 0) check_at_most("relative variance of the default", relative_variance(&got[1]), 5.0);
         }

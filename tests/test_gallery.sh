@@ -58,9 +58,9 @@ claims_hold() {
             count = split(names, name, " ")
             for (i = 1; i <= count; i++)
                 if (!n[name[i] " classical"] || !n[name[i] " ours"]) bad = name[i] ": rows missing"
-            printf "%d means of the header, worst |z| %.2f; the least sharp sees a bias of %.0f %%\n", means, worst, \
+            printf "%d means of the header, worst z of either sign %.2f; the least sharp sees a bias of %.0f %%\n", means, worst, \
                 100 * blunt
-            printf "the least |z| of the classical ways %.0f\n", least
+            printf "the least z of the classical ways of either sign %.0f\n", least
             if (bad) print bad
             exit bad != ""
         }' "$work/table"
