@@ -508,7 +508,7 @@ static void show_wall(void) {
     claim(WALL, "classical", "noise", t[0].noise, t[0].noise_error, t[1].noise, t[1].noise_error);
     claim(WALL, "ours", "mean", t[1].mean, t[1].error, truth.mean, truth.error);
     name_halves(WALL, "not told: variance %.4f" PLUS_MINUS "%.4f", t[0].noise, t[0].noise_error,
-                "ours, told: %.4f" PLUS_MINUS "%.4f", t[1].noise, t[1].noise_error);
+                "ours, told: %.5f" PLUS_MINUS "%.5f", t[1].noise, t[1].noise_error);
 }
 
 static void show_hair(void) {
@@ -553,8 +553,8 @@ static void show_slab(void) {
         fprintf(f, "\n\n");
     }
     close_file(f, "-slab.dat");
-    name_halves(SLAB, "sphere alone, t = h: %.3f" PLUS_MINUS "%.3f", at_h[0], at_h_error[0],
-                "ours: %.3f" PLUS_MINUS "%.3f", at_h[1], at_h_error[1]);
+    name_halves(SLAB, "sphere alone, t = h: %.4f" PLUS_MINUS "%.4f", at_h[0], at_h_error[0],
+                "ours: %.4f" PLUS_MINUS "%.4f", at_h[1], at_h_error[1]);
 }
 
 static void show_bumps(void) {
