@@ -21,7 +21,7 @@ TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix chart bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table mix chart failures bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -30,8 +30,10 @@ help:
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
+	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
+	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
@@ -73,6 +75,9 @@ build/bench: demos/bench.c sss_resample.h | build
 build/chart build/model: build/%: demos/%.c $(wildcard demos/*.h) sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
+build/failures: demos/failures.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) $< -o $@ -lstb -lm
+
 build/bench_exits: cl/bench_exits.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lm
 
@@ -90,7 +95,8 @@ demo: build/render build/noise
 	build/render --compare --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: build/render build/exit_points
+pictures: build/render build/exit_points failures
+	cp build/failures.png demos/
 	build/render --compare --png demos/bear.png
 	build/exit_points --headless --png demos/exit_points.png
 
@@ -115,10 +121,17 @@ chart: build/chart build/model
 	gnuplot -e "out='build/chart'" demos/chart.gp
 	cp build/chart.csv $(CHARTS:%=build/chart-%.png) demos/
 
+failures: build/failures
+	build/failures build/failures >build/failures.csv
+	gnuplot -e "out='build/failures'" demos/failures.gp
+
 # Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
 test test-long:
 	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
+
+test-table:
+	@BUILD=build tests/table.sh
 
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh
