@@ -96,7 +96,7 @@ typedef struct canvas {
     int glyphs_next;
     GLuint disc, spot, using; // the texture of the quads that are being drawn; 0: none are
     canvas_event event[CANVAS_EVENTS];
-    int event_first, event_count, polls;
+    int event_first, event_count, frames;
     float mouse_x, mouse_y;
     double answered, longest;                // seconds: when events were last taken, the longest time between
     canvas_control control[CANVAS_CONTROLS]; // of this frame
@@ -300,10 +300,10 @@ static inline void canvas_begin(canvas *c, unsigned background) {
 }
 
 // Takes the events that are there, or waits this long for one; whether there are any. Call it often: how long the
-// window went without an answer is kept.
+// window went without an answer is kept, from its first frame on.
 static inline int canvas_poll(canvas *c, double wait) {
     double gap = glfwGetTime() - c->answered;
-    if (c->polls++ > 1 && gap > c->longest) c->longest = gap; // the first frame sets up more than others
+    if (c->frames > 0 && gap > c->longest) c->longest = gap;
     if (wait > 0.0) glfwWaitEventsTimeout(wait);
     else glfwPollEvents();
     c->answered = glfwGetTime();
@@ -313,6 +313,7 @@ static inline int canvas_poll(canvas *c, double wait) {
 static inline void canvas_show(canvas *c) {
     canvas_use(c, 0);
     glfwSwapBuffers(c->window);
+    if (c->frames++ == 0) c->answered = glfwGetTime();
 }
 
 // What is drawn so far, before it is shown: afterwards OpenGL promises nothing. NULL, or why there is no picture.

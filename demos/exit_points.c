@@ -501,6 +501,7 @@ static void draw_colours(canvas *c, float x, float y) {
     for (int i = 0; i < 5; i++) {
         canvas_text(c, x + 60.0f * (float)i, y + 29.0f, 13.5f, CANVAS_CENTRE, QUIET, label[i]);
     }
+    canvas_text(c, x, y + 48.0f, 13.5f, CANVAS_LEFT, QUIET, "1: the mean. Faded: behind the object.");
 }
 
 static void draw_keys(exit_points *e, canvas *c, float y) {
@@ -566,6 +567,7 @@ static void draw(exit_points *e, canvas *c) {
     canvas_begin(c, PAGE);
     const box b = pane_box(c, 0);
     for (int k = 0; k < (e->w.headless ? PASSES : 1); k++) cast(e, b.width, b.height, c->unit);
+    if (!e->w.headless) canvas_poll(c, 0.0);
     upload(e, c);
     for (int i = 0; i < BINS; i++) top = e->truth[i] > top ? e->truth[i] : top;
     top = 1.5 * top / (e->truth_sum + 1e-9) + 1e-6;

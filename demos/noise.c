@@ -345,8 +345,8 @@ static void draw(noise *n, canvas *c) {
     snprintf(
         text, sizeof text,
         "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
-        "the one it picks. Drag the line.",
-        n->w.candidates);
+        "the one it picks.%s",
+        n->w.candidates, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
