@@ -304,7 +304,7 @@ static inline void canvas_begin(canvas *c, unsigned background) {
 static inline int canvas_poll(canvas *c, double wait) {
     double gap = glfwGetTime() - c->answered;
     if (c->frames > 0 && gap > c->longest) c->longest = gap;
-    if (wait > 0.0) glfwWaitEventsTimeout(wait);
+    if (wait > 0.0 && c->event_count == 0) glfwWaitEventsTimeout(wait);
     else glfwPollEvents();
     c->answered = glfwGetTime();
     return c->event_count > 0 || canvas_closing(c);
@@ -351,8 +351,9 @@ static inline void canvas_rectangle(canvas *c, float x, float y, float width, fl
     canvas_image(c, c->disc, at, middle, colour);
 }
 
-// The lines around a rectangle.
+// The lines around a rectangle, a pixel wide at least: what is thinner may fall between the pixels.
 static inline void canvas_frame(canvas *c, float x, float y, float width, float height, float wide, unsigned colour) {
+    wide = fmaxf(wide, 1.0f / c->unit);
     canvas_rectangle(c, x - wide, y - wide, width + 2.0f * wide, wide, colour);
     canvas_rectangle(c, x - wide, y + height, width + 2.0f * wide, wide, colour);
     canvas_rectangle(c, x - wide, y, wide, height, colour);

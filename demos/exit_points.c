@@ -625,7 +625,7 @@ static int press_key(exit_points *e, int code) {
 
 static int handle(exit_points *e, canvas *c) {
     canvas_event event;
-    while (canvas_next_event(c, &event)) {
+    while (!e->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         switch (event.kind) {
         case CANVAS_KEY:
             if (!press_key(e, event.code)) return 0;

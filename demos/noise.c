@@ -389,7 +389,7 @@ static void drag(noise *n, const canvas *c, const canvas_event *event) {
 
 static int handle(noise *n, canvas *c) {
     canvas_event event;
-    while (canvas_next_event(c, &event)) {
+    while (!n->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         if (event.kind == CANVAS_KEY && !press_key(n, event.code)) return 0;
         if (event.kind == CANVAS_PRESS) n->dragging = event.y > TOP && event.y < c->height - FOOTER;
         if (event.kind == CANVAS_RELEASE) n->dragging = 0;
