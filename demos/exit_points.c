@@ -15,7 +15,7 @@
 #define RAYS        70000      // pixels of the object's picture in a window at most; more are interpolated
 #define STEP        1.2599210f // of the dmfp: three make a factor of two
 #define FRAME       0.016      // seconds
-#define BUSY        0.010      // of them for lookups
+#define BUSY        0.010      // of them for lookups, or as long as drawing takes
 #define SLICE       0.002      // of lookups without a look at the events
 #define TURN        12.0f      // degrees a second
 #define VIEW_CENTRE 0.95f      // height that the camera turns about
@@ -655,15 +655,17 @@ static int handle(exit_points *e, canvas *c) {
 }
 
 static void run(exit_points *e, canvas *c) {
-    double before = now();
+    double before = now(), drawing = 0.0;
     while (handle(e, c)) {
-        double time = now();
+        double time = now(), end = time + fmax(BUSY, drawing);
         if (!e->paused && !e->turning && !e->moving) e->turn += TURN * (float)(time - before), aim(e);
         before = time;
         int left = 1, asked = 0;
-        while (left && !asked && now() < time + BUSY) left = work(e, now() + SLICE), asked = canvas_poll(c, 0.0);
+        while (left && !asked && now() < end) left = work(e, now() + SLICE), asked = canvas_poll(c, 0.0);
+        drawing = now();
         draw(e, c);
         window_show(&e->w);
+        drawing = now() - drawing;
         int rests = !left && e->paused && e->passes == PASSES;
         canvas_poll(c, rests ? 0.5 : FRAME - (now() - time));
     }
