@@ -39,7 +39,7 @@ typedef void (*canvas_function)(void);
     GL(void, Color4ub, (GLubyte, GLubyte, GLubyte, GLubyte)) GL(void, BlendFunc, (GLenum, GLenum)) \
     GL(void, Viewport, (GLint, GLint, GLsizei, GLsizei)) GL(void, Scissor, (GLint, GLint, GLsizei, GLsizei)) \
     GL(void, LoadIdentity, (void)) GL(void, Ortho, (GLdouble, GLdouble, GLdouble, GLdouble, GLdouble, GLdouble)) \
-    GL(void, ClearColor, (GLfloat, GLfloat, GLfloat, GLfloat)) GL(void, Clear, (GLbitfield)) \
+    GL(void, ClearColor, (GLfloat, GLfloat, GLfloat, GLfloat)) GL(void, Clear, (GLbitfield)) GL(void, Finish, (void)) \
     GL(void, GenTextures, (GLsizei, GLuint *)) \
     GL(void, BindTexture, (GLenum, GLuint)) GL(void, TexParameteri, (GLenum, GLenum, GLint)) \
     GL(void, PixelStorei, (GLenum, GLint)) \
@@ -308,6 +308,15 @@ static inline int canvas_poll(canvas *c, double wait) {
     else glfwPollEvents();
     c->answered = glfwGetTime();
     return c->event_count > 0 || canvas_closing(c);
+}
+
+// A look at the events amid a frame. What has been drawn is done first: OpenGL in software would leave all of it to the
+// frame's end, and take long there.
+static inline void canvas_look(canvas *c) {
+    if (!c->window) return;
+    canvas_use(c, 0);
+    c->gl.Finish();
+    canvas_poll(c, 0.0);
 }
 
 static inline void canvas_show(canvas *c) {

@@ -567,11 +567,11 @@ static void draw(exit_points *e, canvas *c) {
     canvas_begin(c, PAGE);
     const box b = pane_box(c, 0);
     for (int k = 0; k < (e->w.headless ? PASSES : 1); k++) cast(e, b.width, b.height, c->unit);
-    if (!e->w.headless) canvas_poll(c, 0.0);
+    canvas_look(c);
     upload(e, c);
     for (int i = 0; i < BINS; i++) top = e->truth[i] > top ? e->truth[i] : top;
     top = 1.5 * top / (e->truth_sum + 1e-9) + 1e-6;
-    for (int i = 0; i < PANES; i++) draw_pane(e, c, i, top);
+    for (int i = 0; i < PANES; i++) draw_pane(e, c, i, top), canvas_look(c);
     const box from = pane_box(c, MIX), to = pane_box(c, PICKED);
     float y = from.y + 0.5f * from.height;
     draw_arrow(c, from.x + from.width + 6.0f, y, to.x - 9.0f, y, CHOSEN);

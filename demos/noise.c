@@ -349,7 +349,9 @@ static void draw(noise *n, canvas *c) {
         n->w.candidates, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
+    canvas_look(c);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
+    canvas_look(c);
     draw_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
     draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
     draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");

@@ -174,7 +174,7 @@ static inline void window_write_pictures(window *w, int wait) {
 }
 
 static inline void window_show(window *w) {
-    if (w->save) window_save(w);
+    if (w->save) canvas_look(&w->c), window_save(w), canvas_look(&w->c);
     window_write_pictures(w, 0);
     canvas_show(&w->c);
 }
