@@ -39,7 +39,7 @@ typedef void (*canvas_function)(void);
     GL(void, Color4ub, (GLubyte, GLubyte, GLubyte, GLubyte)) GL(void, BlendFunc, (GLenum, GLenum)) \
     GL(void, Viewport, (GLint, GLint, GLsizei, GLsizei)) GL(void, Scissor, (GLint, GLint, GLsizei, GLsizei)) \
     GL(void, LoadIdentity, (void)) GL(void, Ortho, (GLdouble, GLdouble, GLdouble, GLdouble, GLdouble, GLdouble)) \
-    GL(void, ClearColor, (GLfloat, GLfloat, GLfloat, GLfloat)) GL(void, Clear, (GLbitfield)) \
+    GL(void, ClearColor, (GLfloat, GLfloat, GLfloat, GLfloat)) GL(void, Clear, (GLbitfield)) GL(void, Finish, (void)) \
     GL(void, GenTextures, (GLsizei, GLuint *)) \
     GL(void, BindTexture, (GLenum, GLuint)) GL(void, TexParameteri, (GLenum, GLenum, GLint)) \
     GL(void, PixelStorei, (GLenum, GLint)) \
@@ -94,9 +94,9 @@ typedef struct canvas {
     image_font font;
     canvas_glyphs glyphs[CANVAS_SIZES];
     int glyphs_next;
-    GLuint disc, using; // the texture of the quads that are being drawn; 0: none are
+    GLuint disc, spot, using; // the texture of the quads that are being drawn; 0: none are
     canvas_event event[CANVAS_EVENTS];
-    int event_first, event_count, polls;
+    int event_first, event_count, frames;
     float mouse_x, mouse_y;
     double answered, longest;                // seconds: when events were last taken, the longest time between
     canvas_control control[CANVAS_CONTROLS]; // of this frame
@@ -215,11 +215,11 @@ static inline void canvas_use(canvas *c, GLuint texture) {
     c->gl.Begin(GL_QUADS);
 }
 
-// Gives a texture its pixels: 1 channel is coverage of white, 3 and 4 are colours. `sharp` shows each pixel as a square
-// where it is magnified.
+// Gives a texture its pixels: 1 channel is coverage of white, 2 are brightness and coverage, 3 are a colour. `sharp`
+// shows each pixel as a square where it is magnified.
 static inline void canvas_upload(canvas *c, GLuint *texture, int width, int height, int channels,
                                  const unsigned char *pixels, int sharp) {
-    GLenum format = channels == 1 ? GL_ALPHA : channels == 3 ? GL_RGB : GL_RGBA;
+    GLenum format = channels == 1 ? GL_ALPHA : channels == 2 ? GL_LUMINANCE_ALPHA : GL_RGB;
     canvas_use(c, 0);
     if (!*texture) c->gl.GenTextures(1, texture);
     c->gl.BindTexture(GL_TEXTURE_2D, *texture);
@@ -232,19 +232,22 @@ static inline void canvas_upload(canvas *c, GLuint *texture, int width, int heig
 }
 
 // A soft disc, from which points and lines are made: their edges are smooth on every OpenGL. The texture reaches
-// CANVAS_RIM times as far as the disc, so that it stays round when it is drawn a few pixels wide.
-static inline void canvas_make_disc(canvas *c) {
-    unsigned char coverage[CANVAS_DISC * CANVAS_DISC];
+// CANVAS_RIM times as far as the disc, so that it stays round when it is drawn a few pixels wide. Beyond `inner` of its
+// radius it is a half transparent black rim.
+static inline void canvas_make_disc(canvas *c, GLuint *texture, float inner) {
+    unsigned char pixels[2 * CANVAS_DISC * CANVAS_DISC]; // brightness and coverage
     const float middle = 0.5f * (CANVAS_DISC - 1), radius = 0.5f * CANVAS_DISC / CANVAS_RIM, soft = 4.0f;
     for (int i = 0; i < CANVAS_DISC * CANVAS_DISC; i++) {
-        float x = (float)(i % CANVAS_DISC) - middle, y = (float)(i / CANVAS_DISC) - middle;
-        float inside = 0.5f + (radius - sqrtf(x * x + y * y)) / soft;
-        coverage[i] = (unsigned char)(255.0f * (inside < 0.0f ? 0.0f : inside > 1.0f ? 1.0f : inside));
+        float x = (float)(i % CANVAS_DISC) - middle, y = (float)(i / CANVAS_DISC) - middle, r = sqrtf(x * x + y * y);
+        float inside = fminf(fmaxf(0.5f + (radius - r) / soft, 0.0f), 1.0f);
+        float bright = fminf(fmaxf(0.5f + (inner * radius - r) / soft, 0.0f), 1.0f);
+        pixels[2 * i] = (unsigned char)(255.0f * bright);
+        pixels[2 * i + 1] = (unsigned char)(255.0f * inside * (0.5f + 0.5f * bright));
     }
-    c->gl.GenTextures(1, &c->disc);
-    c->gl.BindTexture(GL_TEXTURE_2D, c->disc);
+    c->gl.GenTextures(1, texture);
+    c->gl.BindTexture(GL_TEXTURE_2D, *texture);
     c->gl.TexParameteri(GL_TEXTURE_2D, GL_GENERATE_MIPMAP, GL_TRUE);
-    canvas_upload(c, &c->disc, CANVAS_DISC, CANVAS_DISC, 1, coverage, 0);
+    canvas_upload(c, texture, CANVAS_DISC, CANVAS_DISC, 2, pixels, 0);
     c->gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
 }
 
@@ -259,8 +262,10 @@ static inline const char *canvas_open(canvas *c, const char *title, int headless
     c->least_height = least_height;
     if (image_font_open(&c->font)) return "cannot read the font " FONT_FILE;
     const char *wrong = headless ? canvas_open_memory(c) : canvas_open_window(c, title);
-    if (!wrong) canvas_make_disc(c);
-    return wrong;
+    if (wrong) return wrong;
+    canvas_make_disc(c, &c->disc, 2.0f);
+    canvas_make_disc(c, &c->spot, 0.8f);
+    return NULL;
 }
 
 static inline void canvas_close(canvas *c) {
@@ -295,35 +300,38 @@ static inline void canvas_begin(canvas *c, unsigned background) {
 }
 
 // Takes the events that are there, or waits this long for one; whether there are any. Call it often: how long the
-// window went without an answer is kept.
+// window went without an answer is kept, from its first frame on.
 static inline int canvas_poll(canvas *c, double wait) {
     double gap = glfwGetTime() - c->answered;
-    if (c->polls++ > 1 && gap > c->longest) c->longest = gap; // the first frame sets up more than others
-    if (wait > 0.0)
-        glfwWaitEventsTimeout(wait);
-    else
-        glfwPollEvents();
+    if (c->frames > 0 && gap > c->longest) c->longest = gap;
+    if (wait > 0.0 && c->event_count == 0) glfwWaitEventsTimeout(wait);
+    else glfwPollEvents();
     c->answered = glfwGetTime();
     return c->event_count > 0 || canvas_closing(c);
+}
+
+// A look at the events amid a frame. What has been drawn is done first: OpenGL in software would leave all of it to the
+// frame's end, and take long there.
+static inline void canvas_look(canvas *c) {
+    if (!c->window) return;
+    canvas_use(c, 0);
+    c->gl.Finish();
+    canvas_poll(c, 0.0);
 }
 
 static inline void canvas_show(canvas *c) {
     canvas_use(c, 0);
     glfwSwapBuffers(c->window);
+    if (c->frames++ == 0) c->answered = glfwGetTime();
 }
 
-// What is drawn so far, as a PNG: NULL, or a reason to print after the file's name.
-static inline const char *canvas_save(canvas *c, const char *path) {
-    image_bytes bytes;
-    if (!image_bytes_new(&bytes, c->pixel_width, c->pixel_height, 0)) return "does not fit into memory";
+// What is drawn so far, before it is shown: afterwards OpenGL promises nothing. NULL, or why there is no picture.
+static inline const char *canvas_read(canvas *c, image_bytes *out) {
+    if (!image_bytes_new(out, c->pixel_width, c->pixel_height, 0)) return "does not fit into memory";
     canvas_use(c, 0);
     c->gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
-    c->gl.ReadPixels(0, 0, c->pixel_width, c->pixel_height, GL_RGB, GL_UNSIGNED_BYTE, bytes.rgb);
-    stbi_flip_vertically_on_write(1); // OpenGL's first row is the lowest
-    const char *wrong = image_write_png(&bytes, path);
-    stbi_flip_vertically_on_write(0);
-    free(bytes.rgb);
-    return wrong;
+    c->gl.ReadPixels(0, 0, c->pixel_width, c->pixel_height, GL_RGB, GL_UNSIGNED_BYTE, out->rgb);
+    return NULL;
 }
 
 // ---- Drawing
@@ -352,10 +360,26 @@ static inline void canvas_rectangle(canvas *c, float x, float y, float width, fl
     canvas_image(c, c->disc, at, middle, colour);
 }
 
-static inline void canvas_point(canvas *c, float x, float y, float radius, unsigned colour) {
+// The lines around a rectangle, a pixel wide at least: what is thinner may fall between the pixels.
+static inline void canvas_frame(canvas *c, float x, float y, float width, float height, float wide, unsigned colour) {
+    wide = fmaxf(wide, 1.0f / c->unit);
+    canvas_rectangle(c, x - wide, y - wide, width + 2.0f * wide, wide, colour);
+    canvas_rectangle(c, x - wide, y + height, width + 2.0f * wide, wide, colour);
+    canvas_rectangle(c, x - wide, y, wide, height, colour);
+    canvas_rectangle(c, x + width, y, wide, height, colour);
+}
+
+static inline void canvas_disc(canvas *c, GLuint texture, float x, float y, float radius, unsigned colour) {
     float r = CANVAS_RIM * radius;
     const float at[4] = {x - r, y - r, 2.0f * r, 2.0f * r}, uv[4] = {0.0f, 0.0f, 1.0f, 1.0f};
-    canvas_image(c, c->disc, at, uv, colour);
+    canvas_image(c, texture, at, uv, colour);
+}
+static inline void canvas_point(canvas *c, float x, float y, float radius, unsigned colour) {
+    canvas_disc(c, c->disc, x, y, radius, colour);
+}
+// With a dark rim, so that one shows before others of its colour.
+static inline void canvas_spot(canvas *c, float x, float y, float radius, unsigned colour) {
+    canvas_disc(c, c->spot, x, y, radius, colour);
 }
 
 // Its ends are round: half discs, with the disc's middle drawn out between them.

@@ -12,10 +12,11 @@
 #define BINS        32         // of a histogram
 #define PROBES      10         // shown on demand
 #define PASSES      16         // rays through each pixel of the object
-#define RAYS        120000     // pixels of the object's picture at most; more are interpolated
+#define RAYS        70000      // pixels of the object's picture in a window at most; more are interpolated
 #define STEP        1.2599210f // of the dmfp: three make a factor of two
 #define FRAME       0.016      // seconds
-#define BUSY        0.010      // of them for lookups
+#define BUSY        0.010      // of them for lookups, or as long as drawing takes
+#define SLICE       0.002      // of lookups without a look at the events
 #define TURN        12.0f      // degrees a second
 #define VIEW_CENTRE 0.95f      // height that the camera turns about
 #define MARGIN      52.0f      // of the sheet, at the left
@@ -67,7 +68,7 @@ typedef struct exit_points {
     uint32_t truths;
     double truth[BINS], truth_sum;
     float *rays; // brightness and coverage of the object's pixels, summed over passes
-    unsigned char *rgba;
+    unsigned char *rgb;
     int passes, ray_width, ray_height;
     GLuint texture;
     int turning, moving; // by the mouse: the view, the entry
@@ -158,18 +159,17 @@ static void add_truth(exit_points *e) {
     e->truths++;
 }
 
-// Works until it is done, or until `deadline`. Every pane first gets its points, so that a moved entry shows at once.
-static void work(exit_points *e, double deadline) {
-    for (int i = 0; i < PANES; i++) {
-        while (e->pane[i].count < POINTS && e->pane[i].lookups < LOOKUPS) look_up(e, i);
-    }
-    for (int left = 1; left && now() < deadline;) {
+// Works until it is done, or until `deadline`. Returns whether there is more to do.
+static int work(exit_points *e, double deadline) {
+    int left = 1;
+    while (left && now() < deadline) {
         left = 0;
         for (int i = 0; i < PANES; i++) {
-            for (int k = 0; k < 20 && e->pane[i].lookups < LOOKUPS; k++) look_up(e, i), left = 1;
+            if (e->pane[i].lookups < LOOKUPS) look_up(e, i), left = 1;
         }
-        for (int k = 0; k < 20 && e->truths < TRUTH; k++) add_truth(e), left = 1;
+        if (e->truths < TRUTH) add_truth(e), left = 1;
     }
+    return left;
 }
 
 static void restart(exit_points *e) {
@@ -252,14 +252,14 @@ static void open_scene(exit_points *e) {
 // One more ray through each pixel of the object's picture; after PASSES of them its edges are smooth.
 static void cast(exit_points *e, float pane_width, float pane_height, float unit) {
     float width = pane_width * unit, height = pane_height * unit, detail = 1.0f;
-    while (width * height / (detail * detail) > RAYS) detail += 0.25f;
+    while (!e->w.headless && width * height / (detail * detail) > RAYS) detail += 0.25f;
     int w = (int)(width / detail), h = (int)(height / detail);
     if (w < 1 || h < 1) return;
     if (w != e->ray_width || h != e->ray_height) {
         e->ray_width = w, e->ray_height = h, e->passes = 0;
         e->rays = (float *)realloc(e->rays, (size_t)w * (size_t)h * 2 * sizeof *e->rays);
-        e->rgba = (unsigned char *)realloc(e->rgba, (size_t)w * (size_t)h * 4);
-        if (!e->rays || !e->rgba) fail(1, "out of memory");
+        e->rgb = (unsigned char *)realloc(e->rgb, image_count(w, h));
+        if (!e->rays || !e->rgb) fail(1, "out of memory");
     }
     if (e->passes == PASSES) return;
     float dx = tracer_unit(sss_hash(1u, (uint32_t)e->passes)), dy = tracer_unit(sss_hash(2u, (uint32_t)e->passes));
@@ -283,17 +283,17 @@ static void cast(exit_points *e, float pane_width, float pane_height, float unit
 }
 
 static void upload(exit_points *e, canvas *c) {
+    static const float tint[3] = {0.94f, 0.97f, 1.0f};
     if (e->passes == 0) return; // an iconified window has no pixels
     for (int i = 0; i < e->ray_width * e->ray_height; i++) {
         const float *sum = e->rays + 2 * i;
-        unsigned char *to = e->rgba + 4 * i;
-        float shade = 255.0f * sqrtf(sum[0] / (sum[1] > 0.0f ? sum[1] : 1.0f));
-        to[0] = (unsigned char)(0.94f * shade);
-        to[1] = (unsigned char)(0.97f * shade);
-        to[2] = (unsigned char)shade;
-        to[3] = (unsigned char)(255.0f * sum[1] / (float)e->passes);
+        float shade = 255.0f * sqrtf(sum[0] / (sum[1] > 0.0f ? sum[1] : 1.0f)), covered = sum[1] / (float)e->passes;
+        for (int k = 0; k < 3; k++) {
+            float behind = (float)(PANE >> (24 - 8 * k) & 255u);
+            e->rgb[3 * i + k] = (unsigned char)(behind + (tint[k] * shade - behind) * covered);
+        }
     }
-    canvas_upload(c, &e->texture, e->ray_width, e->ray_height, 4, e->rgba, 0);
+    canvas_upload(c, &e->texture, e->ray_width, e->ray_height, 3, e->rgb, 0);
 }
 
 // ---- Drawing
@@ -327,15 +327,16 @@ static double mean_weight(const pane *p) { return p->points > 0.0 ? p->sum / p->
 // First what the object hides, faded, then the rest.
 static void draw_points(const exit_points *e, canvas *c, const pane *p, box b) {
     double mean = mean_weight(p);
-    for (int front = 0; front < 2; front++) {
-        for (int i = 0; i < p->count; i++) {
-            float x, y;
-            if (project(e, b, p->shown[i].position, &x, &y) == front) continue;
-            unsigned colour = weight_colour((double)p->shown[i].weight / mean);
-            if (front) canvas_point(c, x, y, 3.4f, 0x00000080);
-            canvas_point(c, x, y, front ? 2.7f : 2.0f, front ? colour : (colour & ~255u) | 70u);
-        }
+    float x[POINTS], y[POINTS];
+    unsigned colour[POINTS];
+    int count = 0;
+    for (int i = 0; i < p->count; i++) {
+        int hidden = project(e, b, p->shown[i].position, &x[count], &y[count]);
+        colour[count] = weight_colour((double)p->shown[i].weight / mean);
+        if (hidden) canvas_point(c, x[count], y[count], 2.0f, (colour[count] & ~255u) | 70u);
+        else count++;
     }
+    for (int i = 0; i < count; i++) canvas_spot(c, x[i], y[i], 3.4f, colour[i]);
 }
 
 static void draw_ring(canvas *c, float x, float y, float radius, float wide, unsigned colour) {
@@ -474,18 +475,14 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
     const pane *p = &e->pane[which];
     char text[96];
     int chosen = which == PICKED;
-    float edge = chosen ? 2.0f : 1.0f;
     snprintf(text, sizeof text, "resampled: 1 of %d", e->w.candidates);
     canvas_text(c, b.x, b.y - 27.0f, 21.0f, CANVAS_LEFT, chosen ? CHOSEN : TEXT, chosen ? text : title[which]);
     canvas_text(c, b.x, b.y - 8.0f, 14.5f, CANVAS_LEFT, QUIET, which == MIX ? technique_names(e, text) : how[which]);
-    canvas_rectangle(c, b.x - edge, b.y - edge, b.width + 2.0f * edge, b.height + 2.0f * edge, chosen ? CHOSEN : EDGE);
-    canvas_rectangle(c, b.x, b.y, b.width, b.height, PANE);
+    canvas_frame(c, b.x, b.y, b.width, b.height, chosen ? 2.0f : 1.0f, chosen ? CHOSEN : EDGE);
     canvas_clip(c, b.x, b.y, b.width, b.height);
     canvas_image(c, e->texture, at, uv, 0xffffffff);
-    if (e->probes)
-        draw_probes(e, c, which, b);
-    else
-        draw_points(e, c, p, b);
+    if (e->probes) draw_probes(e, c, which, b);
+    else draw_points(e, c, p, b);
     draw_entry(e, c, b);
     canvas_unclip(c);
     snprintf(text, sizeof text, chosen ? "%d points, %.0f %% of lookups miss" : "%d points, %.0f %% of probes miss",
@@ -504,6 +501,7 @@ static void draw_colours(canvas *c, float x, float y) {
     for (int i = 0; i < 5; i++) {
         canvas_text(c, x + 60.0f * (float)i, y + 29.0f, 13.5f, CANVAS_CENTRE, QUIET, label[i]);
     }
+    canvas_text(c, x, y + 48.0f, 13.5f, CANVAS_LEFT, QUIET, "1: the mean. Faded: behind the object.");
 }
 
 static void draw_keys(exit_points *e, canvas *c, float y) {
@@ -560,10 +558,8 @@ static void draw_text(exit_points *e, canvas *c) {
     canvas_rectangle(c, 760.0f, low - 6.0f, 22.0f, 2.5f, CHOSEN);
     canvas_text(c, 790.0f, low, 14.0f, CANVAS_LEFT, QUIET,
                 "share of the light: 2\xcf\x80r Rd(r), integrated over this object");
-    if (e->w.headless)
-        draw_small_print(e, c, low + 26.0f);
-    else
-        draw_keys(e, c, c->height - 14.0f);
+    if (e->w.headless) draw_small_print(e, c, low + 26.0f);
+    else draw_keys(e, c, c->height - 14.0f);
 }
 
 static void draw(exit_points *e, canvas *c) {
@@ -571,10 +567,11 @@ static void draw(exit_points *e, canvas *c) {
     canvas_begin(c, PAGE);
     const box b = pane_box(c, 0);
     for (int k = 0; k < (e->w.headless ? PASSES : 1); k++) cast(e, b.width, b.height, c->unit);
+    canvas_look(c);
     upload(e, c);
     for (int i = 0; i < BINS; i++) top = e->truth[i] > top ? e->truth[i] : top;
     top = 1.5 * top / (e->truth_sum + 1e-9) + 1e-6;
-    for (int i = 0; i < PANES; i++) draw_pane(e, c, i, top);
+    for (int i = 0; i < PANES; i++) draw_pane(e, c, i, top), canvas_look(c);
     const box from = pane_box(c, MIX), to = pane_box(c, PICKED);
     float y = from.y + 0.5f * from.height;
     draw_arrow(c, from.x + from.width + 6.0f, y, to.x - 9.0f, y, CHOSEN);
@@ -628,7 +625,7 @@ static int press_key(exit_points *e, int code) {
 
 static int handle(exit_points *e, canvas *c) {
     canvas_event event;
-    while (canvas_next_event(c, &event)) {
+    while (!e->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         switch (event.kind) {
         case CANVAS_KEY:
             if (!press_key(e, event.code)) return 0;
@@ -657,24 +654,21 @@ static int handle(exit_points *e, canvas *c) {
     return !canvas_closing(c);
 }
 
-static int finished(const exit_points *e) {
-    int left = e->truths < TRUTH || e->passes < PASSES || !e->paused;
-    for (int i = 0; i < PANES; i++) left |= e->pane[i].lookups < LOOKUPS;
-    return !left;
-}
-
 static void run(exit_points *e, canvas *c) {
-    double before = now();
+    double before = now(), drawing = 0.0;
     while (handle(e, c)) {
-        double time = now();
+        double time = now(), end = time + fmax(BUSY, drawing);
         if (!e->paused && !e->turning && !e->moving) e->turn += TURN * (float)(time - before), aim(e);
         before = time;
-        work(e, time + BUSY);
+        int left = 1, asked = 0;
+        while (left && !asked && now() < end) left = work(e, now() + SLICE), asked = canvas_poll(c, 0.0);
+        drawing = now();
         draw(e, c);
-        canvas_show(c);
-        canvas_poll(c, finished(e) ? 0.5 : FRAME - (now() - time));
+        window_show(&e->w);
+        drawing = now() - drawing;
+        int rests = !left && e->paused && e->passes == PASSES;
+        canvas_poll(c, rests ? 0.5 : FRAME - (now() - time));
     }
-    printf("the window went %.0f ms without an answer at most\n", 1e3 * c->longest);
 }
 
 // ---- Command line
@@ -713,9 +707,9 @@ int main(int count, char **words) {
     } else if (!wrong) {
         run(&e, c);
     }
-    canvas_close(c);
+    window_close(&e.w);
     free(e.rays);
-    free(e.rgba);
+    free(e.rgb);
     if (wrong) fail(3, "%s", wrong);
-    return 0;
+    return e.w.failed;
 }

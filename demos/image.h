@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <stb/stb_image_write.h>
 #include <stb/stb_truetype.h>
 
@@ -133,10 +134,39 @@ static inline const char *image_read_pfm(image *out, const char *path, char *not
     return wrong;
 }
 
+typedef struct image_sink {
+    FILE *file;
+    int good;
+} image_sink;
+
+static inline void image_drain(void *sink, void *bytes, int count) {
+    image_sink *s = (image_sink *)sink;
+    s->good = fwrite(bytes, 1, (size_t)count, s->file) == (size_t)count;
+}
+
+// Into a file beside it, which takes the name when it is complete: no picture is ever there in part, and what was there
+// stays if this fails. Devices, pipes and links are written in place, as is a file in a folder that takes no new ones.
 static inline const char *image_write_png(const image_bytes *in, const char *path) {
-    errno = 0;
-    if (stbi_write_png(path, in->width, in->height, 3, in->rgb, 3 * in->width)) return NULL;
-    return errno ? strerror(errno) : "could not be written";
+    struct stat there;
+    const char *wrong = NULL;
+    char *beside = (char *)malloc(strlen(path) + sizeof ".part");
+    if (!beside) return "does not fit into memory";
+    sprintf(beside, "%s.part", path);
+    image_sink sink = {NULL, 1};
+    if (lstat(path, &there) != 0 || S_ISREG(there.st_mode)) sink.file = fopen(beside, "wb");
+    int moves = sink.file != NULL;
+    if (!moves) sink.file = fopen(path, "wb");
+    if (sink.file) {
+        errno = 0;
+        int good = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb, 3 * in->width);
+        good &= sink.good & (fclose(sink.file) == 0);
+        if (!good || (moves && rename(beside, path) != 0)) wrong = errno ? strerror(errno) : "could not be written";
+        if (wrong && moves) remove(beside);
+    } else {
+        wrong = strerror(errno);
+    }
+    free(beside);
+    return wrong;
 }
 
 // ---- Tone

@@ -2,8 +2,6 @@
 // of both, while it grows. In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
-#include <pthread.h>
-
 #define COMMAND "noise"
 #include "device.h"
 #include "window.h"
@@ -52,10 +50,8 @@ typedef struct noise {
     double power, relative_mse[2], measured; // power: root mean square of the reference; measured: when
     float worst;                             // error at the end of the colour bar: twice the mean of plain
     device_set devices, opening;
-    pthread_t opener;
-    pthread_mutex_t lock;
-    int opener_runs, opened; // opened: the result is there, under the lock
-    scene first_scene;       // for the first launch on it
+    job opener;
+    scene first_scene; // for the first launch on it
     tracer_settings first_settings;
     sss_cl_result open_result;
     float divider; // 0..1
@@ -146,35 +142,44 @@ static void measure(noise *n) {
     n->measured = now();
 }
 
-// A few rows of a pass, as many as the slice has time for.
+// The next rows of a pass: whoever is free takes one, or a device as many as it should do in a quarter of the slice,
+// until the slice's time is over.
 static void render_slice(noise *n, int which) {
     run *r = &n->run[which];
-    double start = now();
-    int height = r->settings.height, rows = (int)(SLICE * r->rate), failed = 0;
-    if (n->w.headless || rows > height - r->row) rows = height - r->row;
-    if (rows < 1) rows = 1;
-    int top = r->row, bands = n->devices.count > 0 ? n->devices.count : rows;
+    double start = now(), end = n->w.headless ? 1e30 : start + SLICE;
+    int height = r->settings.height, next = r->row, count = n->devices.count, rows = 1, failed = 0;
+    if (count > 0) rows = n->w.headless ? (height + count - 1) / count : 1 + (int)(0.25 * SLICE * r->rate / count);
     unsigned long long probes = 0, shaded = 0;
-#pragma omp parallel for num_threads(device_threads(&n->devices)) schedule(dynamic, 1) reduction(+ : probes, shaded)
-    for (int band = 0; band < bands; band++) {
+#pragma omp parallel num_threads(device_threads(&n->devices)) reduction(+ : probes, shaded)
+    {
         device_work mine = {0, 0};
-        int from = top + rows * band / bands, to = top + rows * (band + 1) / bands;
-        if (from < to && device_band(&n->devices, device_thread(), &n->s, r->settings, from, to, r->spp, 1, r->sum.rgb,
-                                     &mine) != SSS_CL_OK) {
+        while (now() < end) {
+            int top, bottom;
+#pragma omp atomic capture
+            bottom = next += rows;
+            top = bottom - rows;
+            if (top >= height) break;
+            if (bottom > height) bottom = height;
+            if (device_band(&n->devices, device_thread(), &n->s, r->settings, top, bottom, r->spp, 1, r->sum.rgb,
+                            &mine) == SSS_CL_OK)
+                continue;
 #pragma omp atomic write
             failed = device_thread() + 1;
+            break;
         }
         probes += mine.probes;
         shaded += mine.shaded;
     }
     if (failed) fail(1, "%s", n->devices.cl[failed - 1].error);
+    if (next > height) next = height;
+    int top = r->row;
     r->work.probes += probes;
     r->work.shaded += shaded;
     r->seconds += now() - start;
-    r->rate = rows / (now() - start + 1e-9);
-    r->row += rows;
-    show_rows(n, which, top, r->row);
-    if (r->row == height) r->row = 0, r->spp++;
+    r->rate = (next - top) / (now() - start + 1e-9);
+    r->row = next;
+    show_rows(n, which, top, next);
+    if (next == height) r->row = 0, r->spp++;
     n->changed = 1;
 }
 
@@ -196,40 +201,28 @@ static int next_run(const noise *n) {
 
 // ---- Devices: opening one may take seconds, and must not stop the window
 
-static void *open_device(void *argument) {
+static void open_device(void *argument) {
     noise *n = (noise *)argument;
-    sss_cl_result result = device_open(&n->opening, "opencl");
-    if (result == SSS_CL_OK) { // the first launch compiles once more
-        unsigned long long probes = 0, shaded = 0;
-        static float rgb[3 * 16 * 16];
-        result =
-            sss_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
-        if (result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].error, sizeof n->opening.error);
-    }
-    pthread_mutex_lock(&n->lock);
-    n->open_result = result;
-    n->opened = 1;
-    pthread_mutex_unlock(&n->lock);
-    return NULL;
+    n->open_result = device_open(&n->opening, "opencl");
+    if (n->open_result != SSS_CL_OK) return;
+    unsigned long long probes = 0, shaded = 0; // the first launch compiles once more
+    static float rgb[3 * 16 * 16];
+    n->open_result =
+        sss_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
+    if (n->open_result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].error, sizeof n->opening.error);
 }
 
 static void begin_opening(noise *n) {
     n->first_scene = n->s;
     n->first_settings = n->run[RESAMPLED].settings;
     n->first_settings.width = n->first_settings.height = 16;
-    n->opened = 0;
-    n->opener_runs = pthread_create(&n->opener, NULL, open_device, n) == 0;
-    snprintf(n->w.note, sizeof n->w.note, n->opener_runs ? "opening an OpenCL device ..." : "cannot start a thread");
+    snprintf(n->w.note, sizeof n->w.note, "opening an OpenCL device ...");
+    job_begin(&n->opener, open_device, n);
 }
 
 // Takes the device when it is there. The pictures go on where they are: the samples are the same on every device.
 static void end_opening(noise *n) {
-    pthread_mutex_lock(&n->lock);
-    int opened = n->opened;
-    pthread_mutex_unlock(&n->lock);
-    if (!n->opener_runs || !opened) return;
-    pthread_join(n->opener, NULL);
-    n->opener_runs = 0;
+    if (!job_ends(&n->opener, 0)) return;
     if (n->open_result == SSS_CL_OK) {
         n->devices = n->opening;
         snprintf(n->w.note, sizeof n->w.note, "device: %s", n->devices.cl[0].device.name);
@@ -243,7 +236,7 @@ static void end_opening(noise *n) {
 }
 
 static void switch_device(noise *n) {
-    if (n->opener_runs) return;
+    if (n->opener.runs) return;
     if (n->devices.count == 0) {
         begin_opening(n);
         return;
@@ -331,7 +324,7 @@ static void draw_keys(noise *n, canvas *c, float y) {
     float x = window_first_keys(&n->w, MARGIN, y);
     x = canvas_key(c, x, y, 'L', n->light_aware ? "forget the light" : "tell of the light");
     x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
-    x = canvas_key(c, x, y, 'D', n->opener_runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
+    x = canvas_key(c, x, y, 'D', n->opener.runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
     x = canvas_key(c, x, y, 'R', "restart");
     x = window_last_keys(&n->w, x, y);
     canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, n->w.note);
@@ -352,17 +345,18 @@ static void draw(noise *n, canvas *c) {
     snprintf(
         text, sizeof text,
         "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
-        "the one it picks. Drag the line.",
-        n->w.candidates);
+        "the one it picks.%s",
+        n->w.candidates, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
+    canvas_look(c);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
+    canvas_look(c);
     draw_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
     draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
     draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
     draw_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
-    if (n->measured > 0.0)
-        draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
+    if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
     else
         canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,
                     "the first pass is under way");
@@ -397,7 +391,7 @@ static void drag(noise *n, const canvas *c, const canvas_event *event) {
 
 static int handle(noise *n, canvas *c) {
     canvas_event event;
-    while (canvas_next_event(c, &event)) {
+    while (!n->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         if (event.kind == CANVAS_KEY && !press_key(n, event.code)) return 0;
         if (event.kind == CANVAS_PRESS) n->dragging = event.y > TOP && event.y < c->height - FOOTER;
         if (event.kind == CANVAS_RELEASE) n->dragging = 0;
@@ -416,14 +410,9 @@ static void run_window(noise *n, canvas *c) {
         }
         if (now() - n->measured > 0.2) measure(n);
         draw(n, c);
-        canvas_show(c);
+        window_show(&n->w);
         canvas_poll(c, which < 0 ? REFRESH : 0.0);
     }
-    printf("the window went %.0f ms without an answer at most\n", 1e3 * c->longest);
-    if (!n->opener_runs) return;
-    glfwHideWindow(c->window); // a device that is being opened cannot be stopped
-    pthread_join(n->opener, NULL);
-    device_close(&n->opening);
 }
 
 // ---- Command line
@@ -501,15 +490,16 @@ int main(int count, char **words) {
     if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
     make_pictures(&n);
     set_scene(&n);
-    pthread_mutex_init(&n.lock, NULL);
+    pthread_mutex_init(&n.opener.lock, NULL);
     sss_cl_result opened = device_open(&n.devices, n.device);
     if (opened != SSS_CL_OK) fail((int)opened, "%s", n.devices.error);
     wrong = canvas_open(c, "noise", n.w.headless, n.w.width, n.w.height, 1280.0f, 720.0f);
     if (!wrong && n.w.headless) render_headless(&n, c);
     if (!wrong && !n.w.headless) run_window(&n, c);
-    canvas_close(c);
+    window_close(&n.w);
+    if (job_ends(&n.opener, 1)) device_close(&n.opening); // it could not be stopped
     device_close(&n.devices);
     free_pictures(&n);
     if (wrong) fail(3, "%s", wrong);
-    return 0;
+    return n.w.failed;
 }

@@ -3,6 +3,8 @@
 #ifndef WINDOW_H
 #define WINDOW_H
 
+#include <pthread.h>
+
 #include "canvas.h"
 #include "command.h"
 
@@ -35,13 +37,59 @@ typedef struct box {
     float x, y, width, height;
 } box;
 
+// What takes longer than a frame may, in a thread of its own.
+typedef struct job {
+    void (*work)(void *argument);
+    void *argument;
+    pthread_t thread;
+    pthread_mutex_t lock;
+    int runs, threaded, ended; // ended: under the lock
+} job;
+
 typedef struct window {
     canvas c;
     int scene, profile, candidates, headless, width, height;
     uint32_t seed;
     const char *png;
-    char note[256]; // one line for the user, until the next key
+    char note[256];               // one line for the user, until the next key
+    int save;                     // this frame
+    image_bytes waiting, written; // pictures that the writer takes next, has now; bottom row first
+    const char *wrong;            // with what the writer wrote last
+    job writer;
+    int failed; // some picture is not written
 } window;
+
+// ---- Jobs
+
+static inline void *job_run(void *argument) {
+    job *j = (job *)argument;
+    j->work(j->argument);
+    pthread_mutex_lock(&j->lock);
+    j->ended = 1;
+    pthread_mutex_unlock(&j->lock);
+    glfwPostEmptyEvent(); // the window need not wait any longer
+    return NULL;
+}
+
+static inline void job_begin(job *j, void (*work)(void *argument), void *argument) {
+    j->work = work;
+    j->argument = argument;
+    j->runs = 1;
+    j->ended = 0;
+    j->threaded = pthread_create(&j->thread, NULL, job_run, j) == 0;
+    if (!j->threaded) job_run(j); // the window stops for it, but it is done
+}
+
+// Whether it has ended since this was last asked; with `wait`, when it has.
+static inline int job_ends(job *j, int wait) {
+    pthread_mutex_lock(&j->lock);
+    int ended = j->ended;
+    pthread_mutex_unlock(&j->lock);
+    if (!j->runs || (!ended && !wait)) return 0;
+    if (j->threaded) pthread_join(j->thread, NULL);
+    j->runs = 0;
+    return 1;
+}
 
 // ---- Command line
 
@@ -51,6 +99,7 @@ static inline void window_defaults(window *w) {
     w->width = 1280;
     w->height = 720;
     w->png = COMMAND ".png";
+    pthread_mutex_init(&w->writer.lock, NULL);
 }
 
 static inline int index_of(const char *const *names, const char *name) {
@@ -87,6 +136,58 @@ static inline int window_option(window *w, const char *usage, const char *name, 
     return 2;
 }
 
+// ---- Pictures and frames
+
+static inline void window_write(void *argument) {
+    window *w = (window *)argument;
+    stbi_flip_vertically_on_write(1);
+    w->wrong = image_write_png(&w->written, w->png);
+}
+
+static inline void window_tell(window *w, const char *wrong) {
+    snprintf(w->note, sizeof w->note, wrong ? "cannot write %s: %s" : "wrote %s", w->png, wrong);
+    fprintf(wrong ? stderr : stdout, "%s%s\n", wrong ? COMMAND ": " : "", w->note);
+    fflush(stdout); // whoever waits for the file may read along
+    w->failed |= wrong != NULL;
+}
+
+// Takes what is drawn. One that still waits for the writer gives way: this one would overwrite it at once.
+static inline void window_save(window *w) {
+    free(w->waiting.rgb);
+    const char *wrong = canvas_read(&w->c, &w->waiting);
+    if (wrong) window_tell(w, wrong);
+    w->save = 0;
+}
+
+// Tells of the picture that the writer has finished, and gives it the next. With `wait`, until there is none left.
+static inline void window_write_pictures(window *w, int wait) {
+    do {
+        if (job_ends(&w->writer, wait)) {
+            window_tell(w, w->wrong);
+            free(w->written.rgb);
+        }
+        if (w->writer.runs || !w->waiting.rgb) continue;
+        w->written = w->waiting;
+        w->waiting.rgb = NULL;
+        job_begin(&w->writer, window_write, w);
+    } while (wait && w->writer.runs);
+}
+
+static inline void window_show(window *w) {
+    if (w->save) canvas_look(&w->c), window_save(w), canvas_look(&w->c);
+    window_write_pictures(w, 0);
+    canvas_show(&w->c);
+}
+
+static inline void window_close(window *w) {
+    if (w->c.window) {
+        glfwHideWindow(w->c.window);
+        if (w->c.frames) printf("the window went %.0f ms without an answer at most\n", 1e3 * w->c.longest);
+    }
+    window_write_pictures(w, 1);
+    canvas_close(&w->c);
+}
+
 // ---- Keys
 
 typedef enum window_change {
@@ -96,14 +197,6 @@ typedef enum window_change {
     WINDOW_CANDIDATES,
     WINDOW_QUIT
 } window_change;
-
-static inline void window_save(window *w) {
-    const char *wrong = canvas_save(&w->c, w->png);
-    if (wrong && w->headless) fail(1, "cannot write %s: %s", w->png, wrong);
-    snprintf(w->note, sizeof w->note, wrong ? "cannot write %s: %s" : "wrote %s", w->png, wrong);
-    puts(w->note);
-    fflush(stdout); // whoever waits for the file may read along
-}
 
 // A key that both programs know, as a capital letter: what it changed.
 static inline window_change window_key(window *w, int code) {
@@ -118,7 +211,7 @@ static inline window_change window_key(window *w, int code) {
         if (candidates < 1 || candidates > SSS_MAX_CANDIDATES) return WINDOW_NOTHING;
         w->candidates = candidates;
         return WINDOW_CANDIDATES;
-    case 'W': window_save(w); return WINDOW_NOTHING;
+    case 'W': w->save = 1; return WINDOW_NOTHING;
     case 'Q': return WINDOW_QUIT;
     default: return WINDOW_NOTHING;
     }

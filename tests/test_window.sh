@@ -16,8 +16,9 @@ fi
 # ---- Tools
 
 # pixels differ A B X Y W H: how many of 10000 pixels of a rectangle differ by more than 24 of 255 in some channel.
-# pixels bright A X Y W H: how many pixels of it are nearly white. pixels size A: its size. Reads PNG, and the screen as
-# Xvfb keeps it in a file (XWD: a header of big endian words, then rows of blue, green, red, unused).
+# pixels bright A X Y W H: how many pixels of it are nearly white. pixels size A: its size. pixels extent A X Y W H: where
+# in the rectangle pixels differ from its first one, as X0 Y0 X1 Y1. Reads PNG, and the screen as Xvfb keeps it in a file
+# (XWD: a header of big endian words, then rows of blue, green, red, unused).
 write_tools() {
     cat >"$work/pixels.c" <<'END'
 #include <stdio.h>
@@ -49,27 +50,61 @@ static picture load(const char *path) {
 }
 int main(int count, char **words) {
     picture a = load(words[2]), b;
-    int from = words[1][0] == 'd' ? 4 : 3, x, y, c, n = 0, at[4];
+    int from = words[1][0] == 'd' ? 4 : 3, x, y, c, n = 0, at[4], left = 1 << 20, top = 1 << 20, right = -1, bottom = -1;
     if (words[1][0] == 's') return printf("%dx%d\n", a.w, a.h) < 0;
     b = from == 4 ? load(words[3]) : a;
     for (c = 0; c < 4; c++) at[c] = from + c < count ? atoi(words[from + c]) : c == 2 ? a.w : c == 3 ? a.h : 0;
     if (at[0] + at[2] > a.w || at[1] + at[3] > a.h || at[0] + at[2] > b.w || at[1] + at[3] > b.h) return puts("10000"), 0;
     for (y = at[1]; y < at[1] + at[3]; y++) {
         for (x = at[0]; x < at[0] + at[2]; x++) {
-            int differs = 0, bright = 1;
+            int differs = 0, bright = 1, origin = at[1] * a.w + at[0], like = words[1][0] == 'e' ? origin : y * b.w + x;
             for (c = 0; c < 3; c++) {
-                int v = a.rgb[3 * (y * a.w + x) + c], d = v - b.rgb[3 * (y * b.w + x) + c];
+                int v = a.rgb[3 * (y * a.w + x) + c], d = v - b.rgb[3 * like + c];
                 differs |= d > 24 || d < -24;
                 bright &= v > 180;
             }
             n += from == 4 ? differs : bright;
+            if (!differs) continue;
+            if (x < left) left = x;
+            if (y < top) top = y;
+            if (x > right) right = x;
+            if (y > bottom) bottom = y;
         }
     }
+    if (words[1][0] == 'e') return printf("%d %d %d %d\n", left, top, right, bottom) < 0;
     printf("%d\n", from == 4 ? (int)(1e4 * n / ((double)at[2] * at[3]) + 0.5) : n);
     return 0;
 }
 END
-    gcc -O1 "$work/pixels.c" -o "$work/pixels" -lstb -lm && return
+    # x11 density DPI: what a desktop sets for its screens. x11 close WINDOW: what its close button sends.
+    cat >"$work/x11.c" <<'END'
+#include <stdlib.h>
+#include <stdio.h>
+#include <string.h>
+#include <X11/Xlib.h>
+#include <X11/Xatom.h>
+int main(int count, char **words) {
+    Display *d = XOpenDisplay(NULL);
+    char text[64];
+    XEvent e;
+    if (!d || count != 3) return 1;
+    if (words[1][0] == 'd') {
+        snprintf(text, sizeof text, "Xft.dpi:\t%s\n", words[2]);
+        XChangeProperty(d, DefaultRootWindow(d), XA_RESOURCE_MANAGER, XA_STRING, 8, PropModeReplace,
+                        (unsigned char *)text, (int)strlen(text));
+    } else {
+        memset(&e, 0, sizeof e);
+        e.xclient.type = ClientMessage;
+        e.xclient.window = strtoul(words[2], NULL, 0);
+        e.xclient.message_type = XInternAtom(d, "WM_PROTOCOLS", False);
+        e.xclient.format = 32;
+        e.xclient.data.l[0] = (long)XInternAtom(d, "WM_DELETE_WINDOW", False);
+        XSendEvent(d, e.xclient.window, False, NoEventMask, &e);
+    }
+    return XCloseDisplay(d);
+}
+END
+    gcc -O1 "$work/pixels.c" -o "$work/pixels" -lstb -lm && gcc -O1 "$work/x11.c" -o "$work/x11" -lX11 && return
     echo "not ok the tools of this test compile"
     failed=1
     finish
@@ -80,7 +115,7 @@ write_suppressions() {
     printf 'leak:%s\n' libGLX_mesa swrast_dri libOSMesa libOpenCL libpocl libLLVM >"$work/leaks"
     echo 'int dlclose(void *library) { return library == 0; }' >"$work/dlclose.c"
     export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
-    export ASAN_OPTIONS=use_sigaltstack=0 # PoCL gives its threads a signal stack of their own
+    export ASAN_OPTIONS=use_sigaltstack=0:exitcode=99 # PoCL gives its threads a signal stack of their own
 }
 
 checked="gcc -std=c99 -O1 -g1 -fsanitize=address -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp -I.
@@ -180,10 +215,62 @@ check_pictures() {
     check "exit_points: the committed texts" as_committed exit_points
     check "exit_points: the same picture twice" repeats
     check "exit_points: another seed, another picture" other_seed
+    check "a write that fails keeps what was there" keeps_what_was
+    check "a full device: one clear line" full_device
+    for size in "960 540" "1200 600" "600 780"; do
+        check "panes inside and the object's shape kept, ${size/ / x }" keeps_shape $size
+    done
     check "noise draws without a display" small_noise
     check "noise: the committed pictures" as_committed noise 8 24 150 130
     check "noise: the committed errors" as_committed noise 162 24 150 130
     check "noise: the committed texts" as_committed noise
+}
+
+# The first half of a picture is not a picture: what was there stays, and nothing else is left.
+keeps_what_was() {
+    local code=0
+    mkdir "$work/kept" && cp "$work/exit_points.png" "$work/kept/a.png" || return 1
+    (trap '' XFSZ && ulimit -f 16 && cd "$work/kept" &&
+        exec "$build/exit_points" --headless --size 480x270 --seed 2 --png a.png) >"$work/plain_output" 2>"$work/error"
+    code=$?
+    cat "$work/error" "$work/plain_output"
+    ls "$work/kept"
+    [ $code = 1 ] && [ "$(wc -l <"$work/error")" = 1 ] && [ ! -s "$work/plain_output" ] &&
+        [ "$(ls "$work/kept")" = a.png ] && cmp "$work/kept/a.png" "$work/exit_points.png"
+}
+full_device() {
+    ln -s /dev/full "$work/full.png" && refuses 1 "$build/exit_points" --headless --size 480x270 --png full.png &&
+        [ -L "$work/full.png" ] && [ -c /dev/full ]
+}
+
+# The sheet has 1280 x 720 units or more. Its panes begin 52 units from the left and end 18 from the right, with frames 1
+# and 2 wide; a pixel may be half covered. The object is as high and as wide as at 960x540, in units of 0.75 pixels, times
+# `size`: how much larger the square is that fits into the pane. Each end of it is seen to a pixel, here and there.
+keeps_shape() { # WIDTH HEIGHT
+    local picture=$work/$1x$2.png
+    "$build/exit_points" --headless --still --size $1x$2 --png "$picture" || return 1
+    layout=$(awk -v w=$1 -v h=$2 'BEGIN {
+        unit = w / 1280 < h / 720 ? w / 1280 : h / 720; across = (w / unit - 142) / 5; down = h / unit - 418
+        size = across < 0.75 * down ? across : 0.75 * down
+        printf "%d %d %d ", 0, 200 * unit, 100 * unit
+        printf "%d %d %d %d %f %f", (76 + 2 * across) * unit + 2, 146 * unit + 2, across * unit - 4, down * unit - 4, unit, size }')
+    set -- $layout $1
+    echo "$("$work/pixels" extent "$picture" $1 $2 ${10} $3)" "$("$work/pixels" extent "$picture" $4 $5 $6 $7)" \
+        $8 $9 ${10} >"$work/extent"
+    [ -f "$work/extent_at_first" ] || cp "$work/extent" "$work/extent_at_first"
+    awk 'function off(name, is, wanted, most) {
+            printf "%s: %.1f, not %.1f\n", name, is, wanted
+            if (!(is - wanted <= most && wanted - is <= most)) bad = 1
+        }
+        NR == 1 { wide = ($7 - $5 + 1) / $9 / $10; high = ($8 - $6 + 1) / $9 / $10; first = $9 }
+        NR == 2 {
+            most = 2 + 2 * $9 / first
+            off("left of the panes", $1, 51 * $9, 1)
+            off("right of the panes", $11 - 1 - $3, 16 * $9, 1)
+            off("width of the object", $7 - $5 + 1, wide * $9 * $10, most)
+            off("height of the object", $8 - $6 + 1, high * $9 * $10, most)
+        }
+        END { exit bad }' "$work/extent_at_first" "$work/extent"
 }
 
 repeats() { wait $again && cmp "$work/exit_points.png" "$work/again.png"; }
@@ -193,17 +280,17 @@ other_seed() { wait $other && [ "$("$work/pixels" differ "$work/exit_points.png"
 
 start_display() {
     command -v Xvfb >/dev/null && command -v xdotool >/dev/null || return 1
-    Xvfb -displayfd 3 -screen 0 1280x800x24 -fbdir "$work" 3>"$work/display" 2>"$work/xvfb.log" &
+    Xvfb -noreset -displayfd 3 -screen 0 1280x800x24 -fbdir "$work" 3>"$work/display" 2>"$work/xvfb.log" &
     xvfb=$!
     trap 'kill $xvfb 2>/dev/null; rm -rf "$work"' EXIT
     until_true test -s "$work/display" || return 1
     export DISPLAY=:$(cat "$work/display")
 }
 
-# Up to ten seconds.
+# Up to ten seconds, or `tries` times 0.1.
 until_true() {
     local i
-    for ((i = 0; i < 100; i++)); do
+    for ((i = 0; i < ${tries:-100}; i++)); do
         "$@" && return
         sleep 0.1
     done
@@ -216,7 +303,7 @@ finds_window() { window=$(xdotool search --onlyvisible --name "$1" 2>/dev/null |
 opens() { # TITLE PROGRAM OPTIONS
     local title=$1 program=$2
     shift 2
-    "$work/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 &
+    "$work/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 8<&- 9<&- &
     running=$!
     until_true finds_window "^$title\$" && xdotool getwindowgeometry "$window" | grep 'Geometry: 960x540' &&
         until_true shows_text
@@ -246,24 +333,19 @@ saves() {
 
 gone() { ! kill -0 $running 2>/dev/null; }
 
-# Q ends the program with code 0: then AddressSanitizer found nothing either.
-closes() {
-    xdotool key "$1"
+# The program ends with this code; 0 says that AddressSanitizer found nothing either.
+ends() {
     until_true gone || kill $running
     wait $running
     local code=$?
     cat "$work/said"
     echo "exit code $code"
-    [ $code = 0 ]
+    [ $code = "$1" ]
 }
+closes() { xdotool key "$1" && ends 0; }
 
 # The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys below y 495.
-shows_what_headless_draws() {
-    "$work/exit_points" --headless --still --size 960x540 --png "$work/still.png" || return 1
-    until_true same_as "$work/still.png" 0 0 960 488 || { echo "$differ of 10000 pixels differ" && return 1; }
-}
-
-comes_back() { xdotool key $1 && until_true same_as "$work/still.png" 0 0 960 488; }
+comes_back() { xdotool key $1 && tries=300 until_true same_as "$work/960x540.png" 0 0 960 488; }
 
 ring_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
 click_moves_entry() {
@@ -298,10 +380,77 @@ resizes() {
     xdotool windowsize "$window" 1200 600 && sleep 0.5 && until_true saves 1200x600 &&
         [ "$("$work/pixels" bright "$work/saved.png" 0 10 1200 36)" -gt 200 ]
 }
+# The same picture as without a display, whose layout is checked above: all but the keys.
+resizes_whole() { # WIDTH HEIGHT ROWS
+    local tries=300 # all lookups must be done
+    xdotool windowsize "$window" $1 $2
+    until_true same_as "$work/$1x$2.png" 0 0 $1 $3 || { echo "$differ of 10000 pixels differ" && return 1; }
+}
+
+# Writes into a pipe that nobody empties: the writer has to wait, whatever the machine's speed. The first bytes of the
+# picture tell that it has begun; the name is free for the next picture then, and the window must go on meanwhile.
+said_wrote() { grep -c '^wrote ' "$work/said"; }
+wrote_times() { [ "$(said_wrote)" = "$1" ]; }
+stall_writer() { # KEYS, which the program finds all at once
+    rm -f "$work/saved.png" && mkfifo "$work/saved.png" && exec 9<>"$work/saved.png" &&
+        kill -STOP $running && xdotool key "$@" && kill -CONT $running &&
+        timeout 10 head -c 8 <&9 >"$work/stalled.png" && rm "$work/saved.png" && exec 8</proc/self/fd/9 && exec 9>&-
+}
+drain_writer() {
+    timeout 20 cat <&8 >>"$work/stalled.png"
+    local code=$?
+    exec 8<&-
+    [ $code = 0 ] && [ "$("$work/pixels" size "$work/stalled.png")" = 960x540 ] &&
+        [ "$(tail -c 8 "$work/stalled.png" | head -c 4)" = IEND ]
+}
+writes_beside_the_window() {
+    local before=$(said_wrote)
+    screen before
+    stall_writer w p || { echo "the writer does not begin" && return 1; }
+    until_true changed 39 110 907 225 || { echo "the window waits for the writer" && return 1; }
+    xdotool key w
+    keys_change p 39 110 907 225 || { echo "the window waits with the second picture" && return 1; }
+    wrote_times $before && [ ! -e "$work/saved.png" ] || { echo "told too early" && return 1; }
+    drain_writer && until_true wrote_times $((before + 2)) &&
+        [ "$("$work/pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] || return 1
+    [ "$("$work/pixels" differ "$work/stalled.png" "$work/saved.png" 39 110 907 225)" -ge 30 ] &&
+        until_true same_as "$work/stalled.png" 0 0 960 488 || { echo "not the two pictures that were shown" && return 1; }
+}
+write_error_is_told() {
+    rm -f "$work/saved.png" && ln -s /dev/full "$work/saved.png" && xdotool key w &&
+        until_true grep -q '^exit_points: cannot write .*saved.png: ' "$work/said"
+    local told=$?
+    rm "$work/saved.png"
+    return $told
+}
+# Q while a picture is under way: the program ends when that is written.
+closing_loses_nothing() {
+    stall_writer w || { echo "the writer does not begin" && return 1; }
+    xdotool key q
+    sleep 0.5
+    kill -0 $running || { echo "it ends without the picture" && return 1; }
+    drain_writer && until_true gone && tail -n 1 "$work/said" | grep -q '^wrote '
+}
+
+# 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too is cut for them.
+opens_dense() {
+    "$work/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
+        tries=300 until_true same_as "$work/960x540.png" 0 0 960 488 && saves 960x540 &&
+        [ "$("$work/pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)" -le $LIMIT ]
+}
+closed_by_its_button() {
+    "$work/x11" close "$window"
+    ends 0
+}
+# No limit on it: on a machine that others use, it says as much of them.
+tell_wait() { echo "# $1, with AddressSanitizer: $(grep '^the window went' "$work/said")"; }
 
 check_exit_points() {
     check "exit_points opens a window" opens "exit points" exit_points --still
-    check "the window shows what the headless picture shows" shows_what_headless_draws
+    check "the window shows what the headless picture shows" resizes_whole 960 540 488
+    check "a wide window too" resizes_whole 1200 600 542
+    check "a tall window too" resizes_whole 600 780 747
+    check "and the first size again" resizes_whole 960 540 488
     check "] changes the dmfp" keys_change bracketright 39 376 907 92
     check "[ brings back all that was" comes_back bracketleft
     check "a click moves the entry" click_moves_entry
@@ -318,8 +467,14 @@ check_exit_points() {
     check "S changes the scene" keys_change s 39 110 907 225
     check "space turns the object" turns_by_itself
     check "W saves what the window shows" saves 960x540
-    check "a window of another size is filled" resizes
-    check "Q ends it, without a leak" closes q
+    check "the window goes on while pictures are written" writes_beside_the_window
+    check "a picture that cannot be written: one clear line" write_error_is_told
+    check "Q ends it when its last picture is written" closing_loses_nothing
+    check "its exit code tells of the lost picture, and of no leak" ends 1
+    tell_wait exit_points
+    check "a dense screen gets as many pixels, and sharp text" opens_dense
+    check "the window's own button closes it, without a leak" closed_by_its_button
+    "$work/x11" density 96
 }
 
 # The line is white from y 72 to 461: the pictures lie in x 24..474, the errors in x 486..936.
@@ -358,6 +513,7 @@ check_noise() {
     check "W saves what the window shows" saves 960x540
     check "a window of another size is filled" resizes
     check "Escape ends it, without a leak" closes Escape
+    tell_wait noise
 }
 
 write_tools
