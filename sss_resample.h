@@ -847,8 +847,8 @@ SSSI_FN float sssi_burley_radius(float d, float u) {
     x = sssi_burley_step(sssi_burley_step(x, u), u);
     return -3.0f * d * sssi_log(sssi_min(x, 1.0f));
 }
-/* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: its tail is 3/4 T(t) + 1/4 T(3t), t = rho /
-   3d. T(t) = e^-t (1 + t/2) is half an exponential and half the sum of two; `part` picks. */
+/* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Burley: the tail 3/4 T(rho/3d) + 1/4 T(rho/d), where
+   T(t) = e^-t (1 + t/2) is half an exponential and half the sum of two; `part` picks. */
 SSSI_FN float sssi_burley_chord(float d, float part, float u) {
     int i = sssi_class(&part, 8);
     return -(i < 6 ? 3.0f * d : d) * sssi_log(i & 1 ? u * part : u);

@@ -136,17 +136,6 @@ help_works() {
     done
 }
 
-# refuses CODE PROGRAM OPTIONS: one line of complaint, nothing on the standard output, this exit code.
-refuses() {
-    local wanted=$1 code
-    shift
-    (cd "$work" && "$@" >plain_output 2>error)
-    code=$?
-    cat "$work/error"
-    echo "exit code $code"
-    [ $code = "$wanted" ] && [ "$(wc -l <"$work/error")" = 1 ] && [ ! -s "$work/plain_output" ]
-}
-
 no_display() { refuses 3 env -u DISPLAY -u WAYLAND_DISPLAY "$build/$1" && grep -q -- "--headless" "$work/error"; }
 
 no_mesa() {
