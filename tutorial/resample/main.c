@@ -43,7 +43,7 @@ static int all_hits(vec o, vec w, double t0, double t1, hit *hits) {
 // The first hit in front of o; t < 0 if there is none.
 static hit first_hit(vec o, vec w) {
     hit hits[2 * BALLS], best = {-1, {0, 0, 0}, {0, 0, 0}};
-    int count = all_hits(o, w, 1e-6, far_away, hits);
+    int count = all_hits(o, w, 1e-4, far_away, hits);
     for (int i = 0; i < count; i++)
         if (best.t < 0 || hits[i].t < best.t) best = hits[i];
     return best;
