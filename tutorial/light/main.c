@@ -97,7 +97,7 @@ static void print_variance(int way) {
         power += a * b;
         sum += a + b;
     }
-    printf("%s: relative variance %.3f, mean %.3f\n", way_name[way], variance / power, sum / 80000);
+    printf("%s: relative variance %.3f, mean %.2f\n", way_name[way], variance / power, sum / 80000);
 }
 
 int main(int argc, char **argv) {
