@@ -27,13 +27,15 @@ function number_behind(key, rest, parts, n, i, at) {
     if (!match(rest, /-?[0-9]+([.][0-9]+)?(e[-+][0-9]+)?/)) stop("no number behind \"" key "\"")
     return substr(rest, RSTART, RLENGTH)
 }
-function quote_numbers(line, done, mark) {
+function quote_numbers(line, done, mark, from, size) {
     while (match(line, /[0-9.e+-]*[0-9]<!-- = [^>]* -->/)) {
-        mark = substr(line, RSTART, RLENGTH)
+        from = RSTART # the calls below set both anew
+        size = RLENGTH
+        mark = substr(line, from, size)
         sub(/^[^<]*<!-- = /, "", mark)
         sub(/ -->$/, "", mark)
-        done = done substr(line, 1, RSTART - 1) number_behind(mark) "<!-- = " mark " -->"
-        line = substr(line, RSTART + RLENGTH)
+        done = done substr(line, 1, from - 1) number_behind(mark) "<!-- = " mark " -->"
+        line = substr(line, from + size)
     }
     return done line
 }
