@@ -44,7 +44,7 @@ static int all_hits(sss_vec3 o, sss_vec3 w, float t0, float t1, crossing *hits) 
     return count;
 }
 static crossing first_hit(sss_vec3 o, sss_vec3 w) {
-    crossing hits[2 * BALLS], best = {-1.0f};
+    crossing hits[2 * BALLS], best = {-1.0f, {0, 0, 0}, {0, 0, 0}};
     int count = all_hits(o, w, 1e-3f, 1e9f, hits);
     for (int i = 0; i < count; i++)
         if (best.t < 0.0f || hits[i].t < best.t) best = hits[i];
