@@ -128,6 +128,14 @@ in_order() {
         before=$slug
     done
 }
+listings_are_shown() {
+    local slug name
+    for slug in $slugs; do
+        for name in $(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' "tutorial/$slug/main.c"); do
+            grep -q "^<!-- code $name -->$" "tutorial/$slug/README.md" || { echo "$slug: $name is not shown" && return 1; }
+        done
+    done
+}
 links_lead_somewhere() {
     local file link bad=0
     for file in tutorial/README.md tutorial/*/README.md README.md CONTRIBUTING.md; do
@@ -189,6 +197,7 @@ END
 check "the folders are those of the table of contents" folders_are_listed
 check "programs have at most 150 lines" short_programs
 check "titles, captions and links follow the table of contents" in_order
+check "every marked listing is shown" listings_are_shown
 check "links lead somewhere" links_lead_somewhere
 check "formulas within a line survive Markdown" plain_formulas
 check "the tool of this test compiles" write_compare

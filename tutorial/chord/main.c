@@ -51,7 +51,6 @@ static double disk_radius(double l) {
     return -scale_of * log(rnd());
 }
 
-// [disk]
 // A disk probe on one of three axes, which have the chances q, and the intensity of such probes.
 static const double q[3] = {0.5, 0.25, 0.25};
 static int disk_hits(hit entry, const vec axis[3], hit *hits) {
@@ -68,7 +67,6 @@ static double disk_intensity(vec to, vec n, const vec axis[3]) {
     }
     return sum;
 }
-// [/disk]
 
 // [sphere]
 // A whole line in a uniform direction through the point at the depth d below the entry.

@@ -22,7 +22,6 @@ static double burley_within(double a, double d, double r) {
 }
 // [/within]
 
-// [vector]
 // Rd for the three colours.
 static vec colour_lengths(void) {
     return (vec){burley_length(albedo.x, dmfp.x), burley_length(albedo.y, dmfp.y), burley_length(albedo.z, dmfp.z)};
@@ -31,7 +30,6 @@ static vec profile(double r) {
     vec d = colour_lengths();
     return (vec){burley(albedo.x, d.x, r), burley(albedo.y, d.y, r), burley(albedo.z, d.z, r)};
 }
-// [/vector]
 
 // [spot]
 // What one sees of a laser that meets a flat block at the origin: white Lambert, as bright as the profile says.
