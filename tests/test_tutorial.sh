@@ -208,11 +208,14 @@ check "no warnings" warning_free
 check "refused: no file" refuses lambert
 check "refused: two files" refuses area a.png b.png
 check "refused: a file in no folder" refuses least no/such/folder/x.png
+# Another compiler, no optimisation, and what libm does on a processor without fused operations.
 if [ -n "${LONG:-}" ]; then
     run_all "s/^cc /clang /"
     for slug in $slugs; do check_chapter "$slug" "clang, "; done
     run_all "s/^cc /gcc /; s/ -O[0-9] / -O0 /"
     for slug in $slugs; do check_chapter "$slug" "gcc -O0, "; done
+    run_all "s|^build/|GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4 build/|"
+    for slug in $slugs; do check_chapter "$slug" "another libm, "; done
 fi
 if command -v pandoc >/dev/null; then
     check "the page builds, with all formulas, figures and links" page_builds
