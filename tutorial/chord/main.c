@@ -30,7 +30,6 @@ static int inside_another(vec y, int own) {
         if (i != own && length(sub(y, ball[i].centre)) < ball[i].radius) return 1;
     return 0;
 }
-// [hits]
 // All places where the line o + t w, t within t0..t1, meets the surface: those of each ball that no other one holds.
 static int all_hits(vec o, vec w, double t0, double t1, hit *hits) {
     int count = 0;
@@ -45,7 +44,6 @@ static int all_hits(vec o, vec w, double t0, double t1, hit *hits) {
     }
     return count;
 }
-// [/hits]
 static double disk_radius(double l) {
     double scale_of = rnd() < 0.25 ? l : 3 * l;
     return -scale_of * log(rnd());

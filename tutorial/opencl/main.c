@@ -81,13 +81,13 @@ static sss_vec3 pixel(sss_medium wax, uint32_t i) {
 }
 // [/pixel]
 
-// [kernel]
 #if defined(__OPENCL_VERSION__)
+// [kernel]
 __kernel void render(sss_medium wax, __global sss_vec3 *picture) {
     picture[get_global_id(0)] = pixel(wax, (uint)get_global_id(0));
 }
-#else
 // [/kernel]
+#else
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include "tutorial/tutorial.h"
