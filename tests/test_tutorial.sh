@@ -123,7 +123,7 @@ in_order() {
         title=$(sed -n "s|^$i\. \[\(.*\)\]($slug/README\.md).*|\1|p" tutorial/README.md)
         [ "$(head -n 1 "tutorial/$slug/README.md")" = "# $i. $title" ] || { echo "title of $slug" && return 1; }
         grep -q "^_Figure $i\. " "tutorial/$slug/README.md" || { echo "no caption in $slug" && return 1; }
-        [ -z "$before" ] || grep -q "Next:.*(\.\./$slug/README\.md)\|^Next:.*(\.\./$slug/" "tutorial/$before/README.md" ||
+        [ -z "$before" ] || grep -q "^Next:.*(\.\./$slug/\| Next:.*(\.\./$slug/" "tutorial/$before/README.md" ||
             { echo "$before does not lead to $slug" && return 1; }
         before=$slug
     done

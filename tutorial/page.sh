@@ -1,5 +1,5 @@
 #!/bin/bash
-# Prints the whole tutorial as one static page: page.sh > build/tutorial.html. Formulas become MathML, figures are inside
+# Prints the whole tutorial as one static page: page.sh > build/tutorial.html. Formulas become MathML, figures are in
 # the page, and nothing is fetched from anywhere. Run from the top of the repository. SPDX-License-Identifier: MIT
 set -euo pipefail
 . tutorial/chapters.sh
