@@ -14,14 +14,15 @@ WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
 PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
-    pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
-LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
+    pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc
+LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user chromium
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table mix chart failures bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table mix chart failures \
+    bench tutorial tutorial-html install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -35,6 +36,8 @@ help:
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
+	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
+	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
 	@echo 'make clean         remove build/'
@@ -124,6 +127,13 @@ chart: build/chart build/model
 failures: build/failures
 	build/failures build/failures >build/failures.csv
 	gnuplot -e "out='build/failures'" demos/failures.gp
+
+# What the chapters show comes from what their programs do; tests/test_tutorial.sh compares.
+tutorial:
+	tutorial/make.sh
+
+tutorial-html: | build
+	tutorial/page.sh > build/tutorial.html || { rm -f build/tutorial.html; exit 1; }
 
 # Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
 test test-long:

@@ -1,0 +1,233 @@
+#!/bin/bash
+# The tutorial holds what it says: every printed command runs, every figure, listing and quoted number is what comes
+# out, and the page builds. Run from the top of the repository. SPDX-License-Identifier: MIT
+set -u
+. tests/check.sh
+. tutorial/chapters.sh
+mkdir -p build
+slugs=$(chapters)
+strict="-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
+
+# ---- The programs. Two at a time; what they print is kept in $work/SLUG.output, how they ended in $work/SLUG.status.
+
+# run_chapter SLUG EDIT: the commands of the chapter, edited by sed for other compilers and options.
+run_chapter() {
+    rm -f "build/$1.png"
+    block 1 "tutorial/$1/README.md" | sed "$2" >"$work/$1.commands"
+    bash -eu "$work/$1.commands" >"$work/$1.output" 2>"$work/$1.error"
+    echo $? >"$work/$1.status"
+}
+run_all() {
+    local slug
+    for slug in $slugs; do
+        while [ "$(jobs -r | wc -l)" -ge 2 ]; do wait -n; done
+        run_chapter "$slug" "$1" &
+    done
+    wait
+}
+
+write_compare() {
+    cat >"$work/compare.c" <<'END'
+// compare A.png B.png: how many of a million bytes differ, and by how much the worst of them does.
+#include <stdio.h>
+#include <stdlib.h>
+#include <stb/stb_image.h>
+int main(int argc, char **argv) {
+    int aw, ah, bw, bh, of, worst = 0;
+    unsigned char *a = argc == 3 ? stbi_load(argv[1], &aw, &ah, &of, 3) : NULL;
+    unsigned char *b = a ? stbi_load(argv[2], &bw, &bh, &of, 3) : NULL;
+    double count = 0;
+    if (!b || aw != bw || ah != bh) return 1;
+    for (int i = 0; i < 3 * aw * ah; i++) {
+        int d = abs(a[i] - b[i]);
+        count += d > 0;
+        if (d > worst) worst = d;
+    }
+    printf("%.0f %d\n", 1e6 * count / (3.0 * aw * ah), worst);
+    return 0;
+}
+END
+    cc -O1 "$work/compare.c" -o "$work/compare" -lstb -lm
+}
+
+ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")" = 0 ]; }
+
+# All decisions that random numbers make are in double precision, where another libm's last bit turns one in 1e16 of
+# them, or are the header's, which has its own functions: chapters make some 1e8. What is left is the tone curve in
+# float: its expf and powf, some ulps and so 1e-6 apart, move a byte by 1, and no more than 255 times 1e-6 of them.
+same_figure() {
+    local differ worst
+    read -r differ worst < <("$work/compare" "build/$1.png" "tutorial/$1/figure.png") || return 1
+    echo "$differ of a million bytes differ, by $worst at most; 255 may, by 1. make tutorial draws the figures anew"
+    [ "$differ" -le 255 ] && [ "$worst" -le 1 ]
+}
+same_text() {
+    weave "$1" "$work/$1.output" >"$work/text.md" || return 1
+    diff "tutorial/$1/README.md" "$work/text.md" || { echo "make tutorial writes the text anew" && return 1; }
+}
+
+check_chapter() {
+    local slug=$1
+    if [ "$slug" = opencl ] && [ "$(cat "$work/$slug.status")" = 3 ]; then
+        skip "$2$slug: its commands run" "there is no OpenCL device: make setup"
+        return
+    fi
+    check "$2$slug: its commands run" ran "$slug"
+    check "$2$slug: the committed figure" same_figure "$slug"
+    check "$2$slug: the committed listings, output and numbers" same_text "$slug"
+}
+
+# The commands of exercises; the first block of all is the chapter's own.
+exercises_run() {
+    local slug n commands
+    for slug in $slugs; do
+        [ "$(cat "$work/$slug.status")" = 0 ] || continue
+        for ((n = 2; ; n++)); do
+            commands=$(block $n "tutorial/$slug/README.md")
+            [ -n "$commands" ] || break
+            echo "$slug: $commands"
+            bash -euc "$commands" || return 1
+        done
+    done
+}
+
+warning_free() {
+    local compiler slug
+    for compiler in gcc clang; do
+        for slug in $slugs; do $compiler $strict -fsyntax-only -I. "tutorial/$slug/main.c" || return 1; done
+    done
+}
+
+# Wrong arguments, or a file that cannot be written: exit code 2 and one line, before any work is done.
+refuses() {
+    local slug=$1 code
+    shift
+    "build/$slug" "$@" >"$work/plain" 2>"$work/error"
+    code=$?
+    cat "$work/error"
+    [ $code -eq 2 ] && [ "$(wc -l <"$work/error")" -eq 1 ] && [ ! -s "$work/plain" ]
+}
+
+# ---- The text
+
+folders_are_listed() {
+    diff <(echo "$slugs" | sort) <(ls -d tutorial/*/ | sed 's|tutorial/\(.*\)/|\1|' | sort)
+}
+short_programs() { wc -l tutorial/*/main.c | awk '$2 != "total" && $1 > 150 { print; bad = 1 } END { exit bad }'; }
+
+# Title, figure and links of a chapter follow the table of contents.
+in_order() {
+    local slug i=0 before="" title
+    for slug in $slugs; do
+        i=$((i + 1))
+        title=$(sed -n "s|^$i\. \[\(.*\)\]($slug/README\.md).*|\1|p" tutorial/README.md)
+        [ "$(head -n 1 "tutorial/$slug/README.md")" = "# $i. $title" ] || { echo "title of $slug" && return 1; }
+        grep -q "^_Figure $i\. " "tutorial/$slug/README.md" || { echo "no caption in $slug" && return 1; }
+        [ -z "$before" ] || grep -q "^Next:.*(\.\./$slug/\| Next:.*(\.\./$slug/" "tutorial/$before/README.md" ||
+            { echo "$before does not lead to $slug" && return 1; }
+        before=$slug
+    done
+}
+listings_are_shown() {
+    local slug name
+    for slug in $slugs; do
+        for name in $(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' "tutorial/$slug/main.c"); do
+            grep -q "^<!-- code $name -->$" "tutorial/$slug/README.md" || { echo "$slug: $name is not shown" && return 1; }
+        done
+    done
+}
+links_lead_somewhere() {
+    local file link bad=0
+    for file in tutorial/README.md tutorial/*/README.md README.md CONTRIBUTING.md; do
+        for link in $(grep -o '](\([^)#:]*\))' "$file" | sed 's/](\(.*\))/\1/'); do
+            [ -e "$(dirname "$file")/$link" ] || { echo "$file: $link" && bad=1; }
+        done
+    done
+    return $bad
+}
+# Markdown takes the backslash away from a sign that follows it, so formulas within a line must do without.
+plain_formulas() { ! grep -n '\$[^$`]*\\[^a-zA-Z $][^$]*\$' tutorial/*/README.md; }
+
+# ---- The page
+
+# Formulas in the text: display blocks, and pairs of dollars outside blocks of code.
+formulas() {
+    awk '/^```math/ { n++ } /^```/ { inside = !inside; next } !inside { n += gsub(/\$[^$]+\$/, "") } END { print n }' \
+        tutorial/README.md tutorial/*/README.md
+}
+page_builds() {
+    tutorial/page.sh >"$work/page.html" || return 1
+    local written shown name
+    written=$(formulas) shown=$(grep -o '<math ' "$work/page.html" | wc -l)
+    echo "$written formulas written, $shown shown"
+    [ "$written" -gt 50 ] && [ "$written" = "$shown" ] || return 1
+    [ "$(grep -o '<img src="data:image/png' "$work/page.html" | wc -l)" = "$(echo "$slugs" | wc -w)" ] || return 1
+    for name in $(grep -o 'href="#[^"]*"' "$work/page.html" | sed 's/.*#\(.*\)"/\1/' | sort -u); do
+        grep -q "id=\"$name\"" "$work/page.html" || { echo "a link leads to #$name, which is not there" && return 1; }
+    done
+}
+page_needs_no_network() {
+    ! grep -oE '(src|href|url|@import)[ =("]*(https?:)?//[^"]*' "$work/page.html" &&
+        ! grep -oE '<(script|link|iframe)[^>]*' "$work/page.html"
+}
+
+# The page in a frame of that width: nothing sticks out, all pictures and formulas have a size, the list of chapters
+# is there.
+page_fits() {
+    cat >"$work/frame.html" <<END
+<body style="margin:0"><iframe src="page.html" style="width:$1px;height:900px;border:0" onload="
+    var d = this.contentDocument, e = d.documentElement, flat = 0;
+    d.querySelectorAll('img, math').forEach(function (x) { flat += !(x.getBoundingClientRect().height > 4); });
+    document.body.setAttribute('data-result', [e.clientWidth, e.scrollWidth, flat,
+        d.querySelectorAll('nav a').length, d.querySelector('nav').getBoundingClientRect().width > 100].join(' '));
+"></iframe></body>
+END
+    mkdir "$work/profile-$1"
+    timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+        --disable-background-networking --disable-component-update --disable-sync --allow-file-access-from-files \
+        --user-data-dir="$work/profile-$1" --window-size=1600,1000 --virtual-time-budget=10000 \
+        --dump-dom "file://$work/frame.html" >"$work/dom" 2>"$work/chromium.log"
+    local inside all flat links seen
+    read -r inside all flat links seen < <(sed -n 's/.*data-result="\([^"]*\)".*/\1/p' "$work/dom")
+    echo "width $inside, needs $all; $flat without a size; $links links, seen: $seen"
+    [ "$inside" -gt $(($1 - 30)) ] && [ "$all" -le "$inside" ] && [ "$flat" = 0 ] &&
+        [ "$links" = $(($(echo "$slugs" | wc -w) + 1)) ] && [ "$seen" = true ]
+}
+
+check "the folders are those of the table of contents" folders_are_listed
+check "programs have at most 150 lines" short_programs
+check "titles, captions and links follow the table of contents" in_order
+check "every marked listing is shown" listings_are_shown
+check "links lead somewhere" links_lead_somewhere
+check "formulas within a line survive Markdown" plain_formulas
+check "the tool of this test compiles" write_compare
+run_all ""
+for slug in $slugs; do check_chapter "$slug" ""; done
+check "commands of exercises run" exercises_run
+check "no warnings" warning_free
+check "refused: no file" refuses lambert
+check "refused: two files" refuses area a.png b.png
+check "refused: a file in no folder" refuses least no/such/folder/x.png
+# Another compiler, no optimisation, and what libm does on a processor without fused operations.
+if [ -n "${LONG:-}" ]; then
+    run_all "s/^cc /clang /"
+    for slug in $slugs; do check_chapter "$slug" "clang, "; done
+    run_all "s/^cc /gcc /; s/ -O[0-9] / -O0 /"
+    for slug in $slugs; do check_chapter "$slug" "gcc -O0, "; done
+    run_all "s|^build/|GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4 build/|"
+    for slug in $slugs; do check_chapter "$slug" "another libm, "; done
+fi
+if command -v pandoc >/dev/null; then
+    check "the page builds, with all formulas, figures and links" page_builds
+    check "the page needs no network" page_needs_no_network
+else
+    skip "the page builds" "pandoc is not here: make setup"
+fi
+if [ -n "${LONG:-}" ] && command -v pandoc >/dev/null; then
+    if command -v chromium >/dev/null; then
+        for width in 390 1400; do check "the page fits $width pixels in Chromium" page_fits $width; done
+    else
+        skip "the page fits a telephone" "chromium is not here: make setup-long"
+    fi
+fi
+finish
