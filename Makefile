@@ -15,13 +15,16 @@ PREFIX   ?= /usr/local
 
 PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
     pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool
-LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
+LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
+    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
+FUZZ_MINUTES ?= 1
+comma    := ,
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants mix chart bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants fuzz coverage mix chart bench install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -30,6 +33,8 @@ help:
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
+	@echo 'make fuzz          hostile bytes for FUZZ_MINUTES (1), under sanitizers (make setup-long first)'
+	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
@@ -83,6 +88,13 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard d
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
 	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
 
+# The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
+build/fuzz build/fuzz_memory: build/%: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h | build
+	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
+	    -fsanitize=fuzzer,$(if $(findstring memory,$@),memory,address$(comma)undefined$(comma)float-divide-by-zero$(comma)float-cast-overflow) \
+	    -I. $< -o $@ -lm
+
+build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
@@ -119,6 +131,15 @@ chart: build/chart build/model
 test test-long:
 	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
+
+# What it finds new goes to build/corpus; a crash is kept in build/crash-*.
+fuzz: build/fuzz build/fuzz_memory
+	@mkdir -p build/corpus
+	build/fuzz -max_total_time=$$(($(FUZZ_MINUTES) * 60)) -max_len=400 -artifact_prefix=build/ build/corpus tests/data/fuzz
+	build/fuzz_memory -runs=0 -artifact_prefix=build/ build/corpus
+
+coverage:
+	@bash tests/coverage.sh
 
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh
