@@ -1,6 +1,6 @@
 // test_fuzz.c - the checks of fuzz.c over a kept corpus (tests/data/fuzz: what libFuzzer found to reach each branch,
-// made small) and over numbers at random, denormals flushed and not. --long: 1e8 lookups of each. No statistics:
-// nothing may fail at all. SPDX-License-Identifier: MIT
+// made small) and over numbers at random, denormals flushed and not. --long: 1e8 lookups of each; --short: few. No
+// statistics: nothing may fail at all. SPDX-License-Identifier: MIT
 #include <dirent.h>
 
 #include "fuzz.c"
@@ -8,7 +8,7 @@
 
 #define LOOKUPS 40 // of a medium
 
-static int exhaustive = 0;
+static int media_each = 40000, media_flushed = 20000;
 
 static void test_corpus(void **state) {
     DIR *folder = opendir(DATA_DIR "/fuzz");
@@ -62,13 +62,13 @@ static void fuzz(int flush, int media) {
 
 static void test_random(void **state) {
     (void)state;
-    fuzz(0, exhaustive ? 2500000 : 40000);
+    fuzz(0, media_each);
 }
 
 static void test_random_flushed(void **state) {
     (void)state;
     if (!ST_CAN_FLUSH) skip();
-    fuzz(1, exhaustive ? 2500000 : 20000);
+    fuzz(1, media_flushed);
 }
 
 int main(int count, char **words) {
@@ -77,6 +77,7 @@ int main(int count, char **words) {
         cmocka_unit_test(test_random),
         cmocka_unit_test(test_random_flushed),
     };
-    exhaustive = count > 1 && strcmp(words[1], "--long") == 0;
+    if (count > 1 && strcmp(words[1], "--long") == 0) media_each = media_flushed = 2500000;
+    if (count > 1 && strcmp(words[1], "--short") == 0) media_each = media_flushed = 100; // where each step is slow
     return cmocka_run_group_tests_name("fuzzing", tests, NULL, NULL);
 }

@@ -424,6 +424,24 @@ static void test_hit_at_the_entry(void **state) {
     }
 }
 
+// Where the sphere's lines all meet their density is 0/0 in float32: nothing is found there.
+static void test_hit_at_the_sphere(void **state) {
+    static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
+    sss_plan plan = plan_of(8, 1, SSS_SPHERE, 0);
+    sss_medium m;
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exits[SSS_MAX_EXITS];
+    sss_vec3 centre;
+    (void)state;
+    assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
+    centre = vector(0.0f, 0.0f, -m.length[0]);
+    assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 1u), SSS_OK);
+    while (sss_next_probe(&s, &probe)) sss_add_hit(&s, centre, up, 1.0f);
+    assert_true(sss_intensity(&s, centre, up) == 0.0f);
+    assert_int_equal(sss_finish(&s, exits), 0);
+}
+
 // Disk probes about one axis see a face along it with next to no density: the sum of such weights must stay
 // finite.
 static void test_sum_of_weights_overflows(void **state) {
@@ -523,6 +541,7 @@ int main(void) {
         cmocka_unit_test(test_far_hits),
         cmocka_unit_test(test_far_hits_flushed),
         cmocka_unit_test(test_hit_at_the_entry),
+        cmocka_unit_test(test_hit_at_the_sphere),
         cmocka_unit_test(test_sum_of_weights_overflows),
         cmocka_unit_test(test_plans),
         cmocka_unit_test(test_advice),
