@@ -14,38 +14,45 @@
 static const sss_plan standard = {0, 0, 0u, 0};
 static int measured = 0;
 
+/* What is lit, and what the lookups are told of it; NULL: nothing. */
+typedef struct lighting {
+    st_light *light;
+    st_hint *hint;
+} lighting;
+static const lighting everywhere = {st_light_one, NULL};
+
 typedef struct means {
     st_stat channel[3];
     st_stat variance[3]; // relative, of blocks
     int bad;             // weights that are not finite or negative
 } means;
 
-static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t first, int lookups,
-                      means *to) {
+static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l, uint32_t first,
+                      int lookups, means *to) {
     sss_exit exits[SSS_MAX_EXITS];
     int i, e, c;
     memset(to, 0, sizeof *to);
     for (i = 0; i < lookups; ++i) {
-        int n = st_lookup(f, m, plan, sss_hash(TEST_SEED + (uint32_t)measured, first + (uint32_t)i), NULL, exits);
+        int n = st_lookup(f, m, plan, sss_hash(TEST_SEED + (uint32_t)measured, first + (uint32_t)i), l->hint, exits);
         for (c = 0; c < 3; ++c) {
             double sum = 0.0;
             for (e = 0; e < n; ++e) {
                 to->bad += !(exits[e].weight[c] >= 0.0f && exits[e].weight[c] <= FLT_MAX);
-                sum += (double)exits[e].weight[c];
+                sum += (double)exits[e].weight[c] * l->light(st_local(&f->frame, exits[e].position));
             }
             st_add(&to->channel[c], sum);
         }
     }
 }
 static double relative_variance(const st_stat *s) { return st_variance(s) / (s->mean * s->mean); }
-static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, int lookups) {
+static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l, int lookups) {
     static means blocks[BLOCKS];
     means all;
     int b, c;
     ++measured;
 #pragma omp parallel for schedule(dynamic)
     for (b = 0; b < BLOCKS; ++b)
-        run_block(f, m, plan, (uint32_t)(b * (lookups / BLOCKS)), lookups / BLOCKS, &blocks[b]);
+        run_block(f, m, plan, l, (uint32_t)(b * (lookups / BLOCKS)), lookups / BLOCKS, &blocks[b]);
     memset(&all, 0, sizeof all);
     for (b = 0; b < BLOCKS; ++b) {
         all.bad += blocks[b].bad;
@@ -60,7 +67,7 @@ static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
 static void check_plane(const char *name, const sss_medium *m, const sss_plan *plan, st_frame frame, double rounding,
                         int lookups) {
     st_fixture plane = st_standard(ST_PLANE, frame);
-    means all = run(&plane, m, plan, lookups);
+    means all = run(&plane, m, plan, &everywhere, lookups);
     int c;
     check_equal(name, all.bad, 0);
     for (c = 0; c < 3; ++c) {
@@ -123,8 +130,8 @@ static void saturated_colours(void **state) {
         means single, all;
         assert_int_equal(by_albedo[type](&m, albedo, length, 1.3f), SSS_OK);
         check_plane(names[type], &m, &standard, st_stay(), 1e-5, 320000);
-        single = run(&plane, &m, &one, 320000);
-        all = run(&plane, &m, &standard, 320000);
+        single = run(&plane, &m, &one, &everywhere, 320000);
+        all = run(&plane, &m, &standard, &everywhere, 320000);
         for (c = 0; c < 3; ++c) {
             double v1 = single.variance[c].mean, v8 = all.variance[c].mean, error = st_error(&all.variance[c]);
             print_message("    %s, length %g: relative variance %.3f +- %.3f, of one candidate %.2f\n", names[type],
@@ -184,11 +191,49 @@ static void many_and_few(void **state) {
             means all;
             plan.candidates = candidates[i];
             plan.exits = exits;
-            all = run(&ball, &m, &plan, 2560000 / (4 + candidates[i]));
+            all = run(&ball, &m, &plan, &everywhere, 2560000 / (4 + candidates[i]));
             check_equal("weights", all.bad, 0);
             check_z("1, 2 and 256 candidates", all.channel[0].mean, st_error(&all.channel[0]),
                     st_truth(&ball, &p, st_light_one), 1e-5, Z_LIMIT);
         }
+}
+
+/* ---- Light that vanishes: the half plane x > 0 is bright. A hint of 0 drops a hit, which is exact where no light
+   comes; where light comes it is lost, and a comparison with the truth sees it. ---- */
+static double half_lit(st_vec y) { return y.x > 0.0 ? 1.0 : 0.0; }
+static double mostly_lit(st_vec y) { return y.x > 0.0 ? 1000.0 : 1.0; }
+static float told_right(st_vec y, uint32_t seed, int i) { return (void)seed, (void)i, y.x > 0.0 ? 1.0f : 0.0f; }
+static float told_wrong(st_vec y, uint32_t seed, int i) { return (void)seed, (void)i, y.x > 0.0 ? 0.0f : 1.0f; }
+static float told_nothing(st_vec y, uint32_t seed, int i) { return (void)y, (void)seed, (void)i, 0.0f; }
+
+static void light_that_vanishes(void **state) {
+    static const struct {
+        const char *name;
+        lighting lighting;
+        double expected, truth; // of an albedo of 1
+    } cases[] = {{"0 on the dark half", {half_lit, told_right}, 0.5, 0.5},
+                 {"0 on a lit half", {st_light_one, told_wrong}, 0.5, 1.0},
+                 {"0 on the bright half", {mostly_lit, told_wrong}, 0.5, 500.5},
+                 {"0 on all that is lit", {half_lit, told_wrong}, 0.0, 0.5},
+                 {"0 on all", {st_light_one, told_nothing}, 0.0, 1.0}};
+    const st_fixture plane = st_standard(ST_PLANE, st_stay());
+    int type, i, exits;
+    (void)state;
+    for (type = 0; type < 3; ++type)
+        for (i = 0; i < 5; ++i)
+            for (exits = 1; exits <= SSS_MAX_EXITS; exits += 3) {
+                sss_medium m = grey(type, 0.8f, 1.0f, 1.3f);
+                sss_plan plan = standard;
+                means all;
+                double z, albedo = (double)0.8f;
+                plan.exits = exits;
+                all = run(&plane, &m, &plan, &cases[i].lighting, 64000);
+                check_equal(cases[i].name, all.bad, 0);
+                check_z(cases[i].name, all.channel[0].mean, st_error(&all.channel[0]), cases[i].expected * albedo, 1e-5,
+                        Z_LIMIT);
+                z = fabs(all.channel[0].mean - cases[i].truth * albedo) / st_error(&all.channel[0]);
+                if (i > 0 && !(z > Z_LIMIT)) fail_msg("%s: light was lost, and z is %.2f", cases[i].name, z);
+            }
 }
 
 int main(void) {
@@ -200,6 +245,7 @@ int main(void) {
         cmocka_unit_test(indices_of_refraction),
         cmocka_unit_test(far_from_the_origin),
         cmocka_unit_test(many_and_few),
+        cmocka_unit_test(light_that_vanishes),
     };
     return cmocka_run_group_tests_name("extremes", tests, NULL, st_report);
 }
