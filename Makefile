@@ -132,11 +132,9 @@ test test-long:
 	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
 
-# What it finds new goes to build/corpus; a crash is kept in build/crash-*.
+# A crash is kept as build/crash-*.
 fuzz: build/fuzz build/fuzz_memory
-	@mkdir -p build/corpus
-	build/fuzz -max_total_time=$$(($(FUZZ_MINUTES) * 60)) -max_len=400 -artifact_prefix=build/ build/corpus tests/data/fuzz
-	build/fuzz_memory -runs=0 -artifact_prefix=build/ build/corpus
+	LONG=1 FUZZ_SECONDS=$$(($(FUZZ_MINUTES) * 60)) bash tests/test_sanitize.sh
 
 coverage:
 	@bash tests/coverage.sh
