@@ -22,9 +22,9 @@ TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 FUZZ_MINUTES ?= 1
-comma    := ,
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants fuzz coverage mix chart bench install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants fuzz coverage mix chart bench \
+    install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -89,10 +89,11 @@ build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) ss
 	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
 
 # The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
-build/fuzz build/fuzz_memory: build/%: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h | build
+build/fuzz: SANITIZERS := address,undefined,float-divide-by-zero,float-cast-overflow
+build/fuzz_memory: SANITIZERS := memory
+build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h | build
 	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
-	    -fsanitize=fuzzer,$(if $(findstring memory,$@),memory,address$(comma)undefined$(comma)float-divide-by-zero$(comma)float-cast-overflow) \
-	    -I. $< -o $@ -lm
+	    -fsanitize=fuzzer,$(SANITIZERS) -I. $< -o $@ -lm
 
 build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
@@ -133,7 +134,7 @@ test test-long:
 	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
 
 # A crash is kept as build/crash-*.
-fuzz: build/fuzz build/fuzz_memory
+fuzz:
 	LONG=1 FUZZ_SECONDS=$$(($(FUZZ_MINUTES) * 60)) bash tests/test_sanitize.sh
 
 coverage:

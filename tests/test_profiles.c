@@ -8,21 +8,13 @@ typedef sss_result constructor(sss_medium *m, const float a[3], const float b[3]
 
 static void three(float *to, double x) { to[0] = to[1] = to[2] = (float)x; }
 
-static sss_medium grey_burley(double albedo, double dmfp) {
+typedef sss_result burley_constructor(sss_medium *m, const float a[3], const float b[3]);
+static sss_medium grey_burley(burley_constructor *make, double albedo, double path) {
     sss_medium m;
     float a[3], l[3];
     three(a, albedo);
-    three(l, dmfp);
-    assert_int_equal(sss_burley(&m, a, l), SSS_OK);
-    return m;
-}
-
-static sss_medium grey_mfp(double albedo, double mfp) {
-    sss_medium m;
-    float a[3], l[3];
-    three(a, albedo);
-    three(l, mfp);
-    assert_int_equal(sss_burley_mfp(&m, a, l), SSS_OK);
+    three(l, path);
+    assert_int_equal(make(&m, a, l), SSS_OK);
     return m;
 }
 
@@ -219,8 +211,8 @@ static void test_domain(void **state) {
             for (e = 0; e < (which < 2 ? 1 : 6); ++e) {
                 double x = (double)(float)pow(10.0, -i / 10.0), y = (double)(float)(1.0 - 0.9999 * x), n = (double)(float)eta[e];
                 precise p = which < 2 ? precise_burley(x, (double)0.37f, which) : precise_dipole(x, y, n, which == 3);
-                sss_medium m = which == 0   ? grey_burley(x, 0.37)
-                               : which == 1 ? grey_mfp(x, 0.37)
+                sss_medium m = which == 0   ? grey_burley(sss_burley, x, 0.37)
+                               : which == 1 ? grey_burley(sss_burley_mfp, x, 0.37)
                                             : grey(which == 2 ? sss_dipole : sss_better_dipole, x, y, n);
                 sweep_radii(&m, &p, near_error(which < 2 ? 1.0 : n), &worst);
             }
@@ -237,11 +229,8 @@ static int all_media(sss_medium *to) {
     static const double albedo[] = {1e-4, 0.2, 0.8, 0.99, 0.999999};
     int i, n = 0;
     for (i = 0; i < 5; ++i) {
-        float a[3], l[3];
-        three(a, albedo[i]);
-        three(l, 0.37);
-        to[n++] = grey_burley(albedo[i], 0.37);
-        sss_burley_mfp(&to[n++], a, l);
+        to[n++] = grey_burley(sss_burley, albedo[i], 0.37);
+        to[n++] = grey_burley(sss_burley_mfp, albedo[i], 0.37);
         to[n++] = grey(sss_dipole, 2.7 * (1.0 - albedo[i]), 2.7 * albedo[i], 1.4);
         to[n++] = grey(sss_better_dipole, 2.7 * (1.0 - albedo[i]), 2.7 * albedo[i], 1.0);
         to[n++] = grey(sss_dipole_from_albedo, albedo[i], 0.37, 1.33);
