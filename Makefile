@@ -15,14 +15,16 @@ PREFIX   ?= /usr/local
 
 PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
     pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc
-LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user chromium
+LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
+    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium
 DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
 TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
+FUZZ_MINUTES ?= 1
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table mix chart failures \
-    bench tutorial tutorial-html install clean
+.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table fuzz coverage mix \
+    chart failures bench tutorial tutorial-html install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -32,6 +34,8 @@ help:
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
+	@echo 'make fuzz          hostile bytes for FUZZ_MINUTES (1), under sanitizers (make setup-long first)'
+	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
@@ -91,6 +95,14 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard d
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
 	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
 
+# The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
+build/fuzz: SANITIZERS := address,undefined,float-divide-by-zero,float-cast-overflow
+build/fuzz_memory: SANITIZERS := memory
+build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h | build
+	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
+	    -fsanitize=fuzzer,$(SANITIZERS) -I. $< -o $@ -lm
+
+build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
@@ -142,6 +154,13 @@ test test-long:
 
 test-table:
 	@BUILD=build tests/table.sh
+
+# A crash is kept as build/crash-*.
+fuzz:
+	LONG=1 FUZZ_SECONDS=$$(($(FUZZ_MINUTES) * 60)) bash tests/test_sanitize.sh
+
+coverage:
+	@bash tests/coverage.sh
 
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh

@@ -17,6 +17,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
+#if defined(__x86_64__) || defined(__i386__) || defined(_M_X64)
+#include <xmmintrin.h>
+#endif
 
 #include "sss_resample.h"
 
@@ -110,6 +113,15 @@ static inline double st_random(uint64_t counter) {
     return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
 }
 static inline double st_signed(uint64_t counter) { return 2.0 * st_random(counter) - 1.0; }
+
+/* Denormal results and arguments become 0 in this thread, as renderers often set it and OpenCL devices may. */
+#if defined(__x86_64__) || defined(__i386__) || defined(_M_X64)
+#define ST_CAN_FLUSH 1
+static inline void st_flush_denormals(int on) { _mm_setcsr((_mm_getcsr() & ~0x8040u) | (on ? 0x8040u : 0u)); }
+#else
+#define ST_CAN_FLUSH 0
+static inline void st_flush_denormals(int on) { (void)on; }
+#endif
 
 /* ---- Quadrature: three-point Gauss on equal panels ---- */
 static inline double st_node(double a, double b, int panels, int i, double *weight) {

@@ -88,7 +88,11 @@ gcc c -std=c99 -O3 -march=native
 gcc c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math
 gcc c -std=c99 -O2 -DSSS_LANES=1
 gcc c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math -DSSS_LANES=3
+gcc c -std=c99 -O1
+gcc c -std=c99 -O3
 clang c -std=c99 -O0
+clang c -std=c99 -O1
+clang c -std=c99 -O3
 clang c -std=c99 -O2
 clang c -std=c99 -O2 -fno-math-errno -fno-trapping-math
 clang c -std=c99 -O3 -march=native
@@ -100,19 +104,46 @@ clang++ c++ -std=c++11 -O3 -march=native
 END
 }
 
-# Another processor's bits, under an emulator; only in the long run.
-arm_bits() {
-    aarch64-linux-gnu-gcc -static -std=c99 "$@" $exact -I. tests/bits.c -o "$work/arm" -lm || return 1
-    [ "$(qemu-aarch64 "$work/arm")" = "$reference" ]
+# Another processor's or system's bits; only in the long run. Of the emulators wine is not asked for: it is large.
+foreign_bits() {
+    local emulator=$1 bits
+    shift
+    "$@" $exact -I. tests/bits.c -o "$work/foreign" -lm || return 1
+    [ ! -f "$work/foreign.exe" ] || mv "$work/foreign.exe" "$work/foreign"
+    bits=$(WINEPREFIX=$work/wine WINEDEBUG=-all $emulator "$work/foreign" | tr -d '\r')
+    echo "expected $reference, is $bits"
+    [ "$bits" = "$reference" ]
 }
 
-check_arm() {
-    local level
+check_processors() {
+    local emulator compiler flags level
     [ -n "${LONG:-}" ] || return 0
-    for level in -O2 "-O3 -fno-math-errno -fno-trapping-math"; do
-        if have aarch64-linux-gnu-gcc && have qemu-aarch64; then check "the same bits: aarch64 $level" arm_bits $level
-        else skip "the same bits: aarch64 $level" "make setup-long installs compiler and emulator"; fi
-    done
+    while read -r emulator compiler flags; do
+        for level in -O0 -O1 -O2 -O3 "-O3 -fno-math-errno -fno-trapping-math"; do
+            if ! have $compiler; then skip "the same bits: $compiler $level" "make setup-long installs it"
+            elif have $emulator; then
+                check "the same bits: $compiler $level" foreign_bits $emulator $compiler -std=c99 $flags $level
+            else
+                check "compiles: $compiler $level" $compiler -std=c99 $flags $level $house $exact -I. -c tests/bits.c \
+                    -o "$work/bits.o"
+                skip "the same bits: $compiler $level" "there is no $emulator"
+            fi
+        done
+    done <<END
+qemu-aarch64 aarch64-linux-gnu-gcc -static
+qemu-s390x s390x-linux-gnu-gcc -static -fexcess-precision=fast
+qemu-i386 i686-linux-gnu-gcc -static -msse2 -mfpmath=sse
+wine x86_64-w64-mingw32-gcc -static
+END
+}
+
+# Nothing but the headers that every compiler has itself, and no library: only what a compiler itself may call.
+bare() {
+    local compiler=$1 own
+    own=$(echo '#include <stdint.h>' | $compiler -ffreestanding -E - | sed -n 's,^# 1 "\(.*\)/stdint.h".*,\1,p')
+    $compiler -std=c99 -O2 $house $exact -ffreestanding -fno-math-errno -nostdlib -nostdinc -isystem "$own" -I. \
+        -c "$work/bare.c" -o "$work/bare.o" || return 1
+    ! nm -u "$work/bare.o" | awk '{ print $2 }' | grep -vxE 'mem(cpy|set|move)|_GLOBAL_OFFSET_TABLE_'
 }
 
 # The header's own words, not some other error.
@@ -130,6 +161,8 @@ check_refusals() {
             else skip "$compiler $flag is refused" "there is no $compiler"; fi
         done
     done
+    if [ "$(uname -m)" = x86_64 ]; then check "floats computed as long doubles are refused" refuses gcc -std=c99 -mfpmath=387
+    else skip "floats computed as long doubles are refused" "this is no x86"; fi
 }
 
 with_limit() { gcc -std=c99 -O1 $house $exact "$1" -I. tests/bits.c -o "$work/limit" -lm && "$work/limit"; }
@@ -177,6 +210,25 @@ int second(sss_medium *m) {
     return sss_burley(m, albedo, length) != SSS_OK;
 }
 END
+    cat >"$work/bare.c" <<'END'
+#include "sss_resample.h"
+int bare(const float *albedo, const float *length, const sss_vec3 *at, sss_exit *exits);
+int bare(const float *albedo, const float *length, const sss_vec3 *at, sss_exit *exits) {
+    sss_medium m;
+    sss_plan plan;
+    sss_need need;
+    sss_resampler s;
+    sss_probe probe;
+    if (sss_burley(&m, albedo, length) != SSS_OK || sss_dipole(&m, albedo, length, 1.3f) != SSS_OK ||
+        sss_better_dipole_from_albedo(&m, albedo, length, 1.3f) != SSS_OK)
+        return 0;
+    need.footprint = need.curvature_radius = need.shading_cost = sss_within(&m, 0, sss_profile(&m, 1, 1.0f));
+    plan = sss_plan_for(&m, &need, 0);
+    if (sss_begin(&s, &m, &plan, at[0], at[1], 1u) != SSS_OK) return 0;
+    while (sss_next_probe(&s, &probe)) sss_add_hit(&s, probe.origin, probe.direction, sss_intensity(&s, at[0], at[1]));
+    return sss_finish(&s, exits);
+}
+END
     cat >"$work/kernel.cl" <<'END'
 #include "sss_resample.h"
 kernel void lookup(global const sss_medium *media, global const sss_vec3 *points, global sss_exit *out,
@@ -222,8 +274,12 @@ for compiler in gcc clang; do
         skip "no call into libm but sqrtf, $compiler" "there is no $compiler"
     fi
 done
+for compiler in gcc clang; do
+    if have $compiler; then check "no libc at all, $compiler" bare $compiler
+    else skip "no libc at all, $compiler" "there is no $compiler"; fi
+done
 check_bits
-check_arm
+check_processors
 check_refusals
 for limit in SSS_MAX_EXITS=1 SSS_MAX_EXITS=8 SSS_MAX_CANDIDATES=16; do
     check "-D$limit compiles and works" with_limit -D$limit

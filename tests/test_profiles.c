@@ -8,12 +8,13 @@ typedef sss_result constructor(sss_medium *m, const float a[3], const float b[3]
 
 static void three(float *to, double x) { to[0] = to[1] = to[2] = (float)x; }
 
-static sss_medium grey_burley(double albedo, double dmfp) {
+typedef sss_result burley_constructor(sss_medium *m, const float a[3], const float b[3]);
+static sss_medium grey_burley(burley_constructor *make, double albedo, double path) {
     sss_medium m;
     float a[3], l[3];
     three(a, albedo);
-    three(l, dmfp);
-    assert_int_equal(sss_burley(&m, a, l), SSS_OK);
+    three(l, path);
+    assert_int_equal(make(&m, a, l), SSS_OK);
     return m;
 }
 
@@ -89,8 +90,7 @@ static void take(double *worst, double computed, double exact) {
 static void compare_row(const row *from, const sss_medium *m, double exponent, errors *worst) {
     char name[200];
     float r = (float)from->r;
-    double limit = allowed(exponent), profile = (double)sss_profile(m, 1, r),
-           within = (double)sss_within(m, 1, r);
+    double limit = allowed(exponent), profile = (double)sss_profile(m, 1, r), within = (double)sss_within(m, 1, r);
     double tail = (double)m->albedo[1] * (double)sssi_tail(m, 1, r);
     snprintf(name, sizeof name, "%s %s r=%g", from->profile, from->params, from->r);
     check_relative(name, profile, from->value, limit);
@@ -127,17 +127,110 @@ static void test_reference(void **state) {
     check_equal("rows skipped", skipped, 50);
 }
 
+// ---- The whole domain
+
+// Rd in long double from what the constructor was given, where the difference of the two waves does not cancel: at most
+// 1e-8 of its 64 bits are lost at 1e4 z_r.
+typedef struct precise {
+    int dipole;
+    long double scale, d, zr, zv, s, flux, fluence;
+} precise;
+
+static precise precise_burley(double albedo, double path, int diffuse) {
+    precise p;
+    double s = diffuse ? 1.9 - albedo + 3.5 * (albedo - 0.8) * (albedo - 0.8) : st_burley_s(albedo);
+    memset(&p, 0, sizeof p);
+    p.scale = (long double)albedo;
+    p.d = (long double)path / (long double)s;
+    return p;
+}
+static precise precise_dipole(double sigma_a, double sigma_s, double eta, int better) {
+    st_profile q = st_dipole(sigma_a, sigma_s, eta, better);
+    precise p;
+    memset(&p, 0, sizeof p);
+    p.dipole = 1;
+    p.zr = (long double)q.zr;
+    p.zv = (long double)q.zv;
+    p.s = (long double)q.s;
+    p.flux = (long double)q.flux;
+    p.fluence = (long double)q.fluence;
+    return p;
+}
+static long double precise_rd(const precise *p, long double r) {
+    long double dr, dv;
+    if (!p->dipole)
+        return p->scale * (expl(-r / p->d) + expl(-r / (3.0L * p->d))) / (8.0L * (long double)ST_PI * p->d * r);
+    dr = sqrtl(r * r + p->zr * p->zr);
+    dv = sqrtl(r * r + p->zv * p->zv);
+    return p->flux * (p->zr * (1.0L + p->s * dr) * expl(-p->s * dr) / (dr * dr * dr) +
+                      p->zv * (1.0L + p->s * dv) * expl(-p->s * dv) / (dv * dv * dv)) +
+           p->fluence * (expl(-p->s * dr) / dr - expl(-p->s * dv) / dv);
+}
+
+// The worst relative error at up to an e-folding, in it over what is allowed, and over the number of e-foldings beyond.
+typedef struct domain {
+    double near_by, ratio, each;
+    long compared;
+} domain;
+
+// Nine roundings lead to the exponent, and each is at most 2^-24 of it. Beside it a profile is a product of a few
+// factors and a sum of positive terms, about 16 roundings, and exp with 1.1 ulp. The dipoles' moments are good to 2e-8
+// (2 C1 to twice that), and divided by 1 - 2 C1.
+#define EACH (9.0 * HALF_ULP)
+static double near_error(double eta) {
+    double c1, c2;
+    st_fresnel_moments(eta, &c1, &c2);
+    return 18.0 * HALF_ULP + 4e-8 / (1.0 - c1);
+}
+
+static void sweep_radii(const sss_medium *m, const precise *p, double near_by, domain *worst) {
+    long double unit = p->dipole ? p->zr : p->d;
+    int k;
+    for (k = 0; k <= 500; ++k) { // 1e-6 to 1e4 of the length, where the profile is above float's smallest
+        float r = (float)(unit * powl(10.0L, -5.999L + 0.02L * k));
+        long double exact = precise_rd(p, (long double)r);
+        double exponent = (double)(p->dipole ? p->s * hypotl((long double)r, p->zr) : (long double)r / (3.0L * p->d));
+        double error = fabs((double)((long double)sss_profile(m, 0, r) / exact - 1.0L));
+        if (exponent > 69.0 || exact < 1e-36L) break;
+        ++worst->compared;
+        if (exponent <= 1.0) {
+            if (!(error <= worst->near_by)) worst->near_by = error;
+            if (!(error <= worst->ratio * (near_by + EACH))) worst->ratio = error / (near_by + EACH);
+        } else if (!(error <= near_by + worst->each * exponent)) worst->each = (error - near_by) / exponent;
+    }
+}
+
+static void test_domain(void **state) {
+    static const char *const names[4] = {"Burley", "Burley by mfp", "dipole", "better dipole"};
+    static const double eta[] = {1.0, 1.1, 1.33, 1.5, 2.0, 5.0};
+    int which, i, e;
+    (void)state;
+    for (which = 0; which < 4; ++which) {
+        domain worst = {0.0, 0.0, 0.0, 0};
+        for (i = 0; i <= 90; ++i) // the albedo, or 1 - albedo', from 1 to 1e-9
+            for (e = 0; e < (which < 2 ? 1 : 6); ++e) {
+                double x = (double)(float)pow(10.0, -i / 10.0), y = (double)(float)(1.0 - 0.9999 * x), n = (double)(float)eta[e];
+                precise p = which < 2 ? precise_burley(x, (double)0.37f, which) : precise_dipole(x, y, n, which == 3);
+                sss_medium m = which == 0   ? grey_burley(sss_burley, x, 0.37)
+                               : which == 1 ? grey_burley(sss_burley_mfp, x, 0.37)
+                                            : grey(which == 2 ? sss_dipole : sss_better_dipole, x, y, n);
+                sweep_radii(&m, &p, near_error(which < 2 ? 1.0 : n), &worst);
+            }
+        print_message("    %s: %ld radii, worst relative error of Rd %.2g within an e-folding, then %.2g each\n",
+                      names[which], worst.compared, worst.near_by, worst.each);
+        check_at_most(names[which], worst.ratio, 1.0);
+        check_at_most(names[which], worst.each, EACH);
+    }
+}
+
 // ---- Ends of the range
 
 static int all_media(sss_medium *to) {
     static const double albedo[] = {1e-4, 0.2, 0.8, 0.99, 0.999999};
     int i, n = 0;
     for (i = 0; i < 5; ++i) {
-        float a[3], l[3];
-        three(a, albedo[i]);
-        three(l, 0.37);
-        to[n++] = grey_burley(albedo[i], 0.37);
-        sss_burley_mfp(&to[n++], a, l);
+        to[n++] = grey_burley(sss_burley, albedo[i], 0.37);
+        to[n++] = grey_burley(sss_burley_mfp, albedo[i], 0.37);
         to[n++] = grey(sss_dipole, 2.7 * (1.0 - albedo[i]), 2.7 * albedo[i], 1.4);
         to[n++] = grey(sss_better_dipole, 2.7 * (1.0 - albedo[i]), 2.7 * albedo[i], 1.0);
         to[n++] = grey(sss_dipole_from_albedo, albedo[i], 0.37, 1.33);
@@ -549,6 +642,7 @@ static void test_proposals(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reference),
+        cmocka_unit_test(test_domain),
         cmocka_unit_test(test_ends),
         cmocka_unit_test(test_channels),
         cmocka_unit_test(test_falls),
