@@ -145,7 +145,7 @@ static inline void image_drain(void *sink, void *bytes, int count) {
 }
 
 // Into a file beside it, which takes the name when it is complete: no picture is ever there in part, and what was there
-// stays if this fails. Devices, pipes and links are written in place, as is a file in a folder that takes no new ones.
+// stays if this fails. Devices and pipes are written in place, as is a file in a folder that takes no new ones.
 static inline const char *image_write_png(const image_bytes *in, const char *path) {
     struct stat there;
     const char *wrong = NULL;
@@ -153,7 +153,7 @@ static inline const char *image_write_png(const image_bytes *in, const char *pat
     if (!beside) return "does not fit into memory";
     sprintf(beside, "%s.part", path);
     image_sink sink = {NULL, 1};
-    if (lstat(path, &there) != 0 || S_ISREG(there.st_mode)) sink.file = fopen(beside, "wb");
+    if (stat(path, &there) != 0 || S_ISREG(there.st_mode)) sink.file = fopen(beside, "wb");
     int moves = sink.file != NULL;
     if (!moves) sink.file = fopen(path, "wb");
     if (sink.file) {

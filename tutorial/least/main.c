@@ -5,9 +5,9 @@
 
 // Change these and see what happens.
 enum { BALLS = 4, WIDTH = 600, HEIGHT = 220 };
-static const double free_path[BALLS] = {0.002, 0.2, 1, 6}; // dmfp of red; green has 0.6 of it, blue 0.4
+static const double free_path[BALLS] = {0.002, 0.2, 0.5, 6}; // dmfp of red; green has 0.6 of it, blue 0.4
 static const float albedo[3] = {0.8f, 0.55f, 0.4f};
-static const double shading_cost = 4; // of shading a point, over that of tracing a probe
+static const double shading_cost = 1; // of shading a point, over that of tracing a probe
 static const vec to_sun = {-0.8, 0.7, 0.3};
 static const double sun = 4, sky = 0.35; // irradiance on what faces the sun; radiance of the sky
 static const double floor_albedo = 0.5;
