@@ -258,8 +258,9 @@ static void lambert_advice_leaves_no_seam(void **state) {
     print_message("    light that Lambert brings back into the pixel: %.3g\n", lost);
     check_at_most("light that Lambert brings back into the pixel", lost, 1e-4 + 4.0 * EPSILON);
 }
-/* A sphere of radius R loses the tail beyond 2 R, exactly: the advice is to use a volume where that is a tenth. */
-static void volume_advice_where_a_tenth_is_lost(void **state) {
+/* A sphere of radius R loses the tail beyond 2 R, exactly; a walk lets out of it A and a part of the rest, by a fit that
+   test_chart.sh holds against walks. The advice is to use a volume where the former is below 0.8 of the latter. */
+static void volume_advice_where_a_fifth_is_lost(void **state) {
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     int k, volumes = 0;
     (void)state;
@@ -267,14 +268,15 @@ static void volume_advice_where_a_tenth_is_lost(void **state) {
         st_fixture f = st_standard(ST_SPHERE, st_stay());
         sss_need need = {0.0f, 0.0f, 0.0f};
         unsigned advice = 0;
-        double kept;
+        double kept, walk;
         f.size = pow(10.0, -2.0 + k / 1000.0);
         need.curvature_radius = (float)f.size;
-        kept = st_closed_form(&f);
+        kept = 0.8 * st_closed_form(&f);
+        walk = 0.8 + 0.2 / (1.0 + 0.7 * pow(f.size / st_burley_s(0.8), 1.5));
         (void)sss_plan_for(&m, &need, &advice);
-        if (fabs(kept - 0.9) < 1e-6) continue;
-        check_equal("advice for a volume", (advice & SSS_ADVICE_VOLUME) != 0, kept < 0.9);
-        volumes += kept < 0.9;
+        if (fabs(kept / walk - 0.8) < 1e-5) continue;
+        check_equal("advice for a volume", (advice & SSS_ADVICE_VOLUME) != 0, kept < 0.8 * walk);
+        volumes += kept < 0.8 * walk;
     }
     assert_in_range(volumes, 1000, 3000);
 }
@@ -402,7 +404,7 @@ int main(void) {
         cmocka_unit_test(probes_and_density_end_at_the_same_ball),
         cmocka_unit_test(bodies_smaller_than_the_depth),
         cmocka_unit_test(lambert_advice_leaves_no_seam),
-        cmocka_unit_test(volume_advice_where_a_tenth_is_lost),
+        cmocka_unit_test(volume_advice_where_a_fifth_is_lost),
         cmocka_unit_test(hints_of_zero_drop_their_light_and_no_other),
         cmocka_unit_test(colour_noise_falls_with_exits),
         cmocka_unit_test(sums_of_many_weights_are_kept),
