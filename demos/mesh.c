@@ -3,12 +3,10 @@
 // SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
-#include <assimp/cimport.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <unistd.h>
 
 #define COMMAND "mesh"
+#include "mesh_file.h"
 #include "mesh_tracer.h"
 #include "window.h"
 
@@ -93,52 +91,6 @@ typedef struct viewer {
 
 // ---- The file
 
-static void check_readable(const char *path) {
-    FILE *file = fopen(path, "rb");
-    if (!file) fail(2, "cannot read %s: %s", path, strerror(errno));
-    errno = 0;
-    int none = fgetc(file) == EOF, wrong = errno;
-    fclose(file);
-    if (none) fail(2, "cannot read %s: %s", path, wrong ? strerror(wrong) : "is empty");
-}
-
-// Adds what is a triangle of one of assimp's meshes.
-static void add_triangles(const struct aiMesh *part, uint32_t first, uint32_t *corner, size_t *triangles) {
-    for (unsigned i = 0; i < part->mNumFaces; i++) {
-        if (part->mFaces[i].mNumIndices != 3) continue;
-        for (int k = 0; k < 3; k++) corner[3 * *triangles + (size_t)k] = first + part->mFaces[i].mIndices[k];
-        ++*triangles;
-    }
-}
-
-// The whole file as one object: its meshes may be parts of one body. NULL, or what is wrong.
-static const char *make_object(const struct aiScene *in, int z_up, mesh *out) {
-    size_t vertices = 0, triangles = 0, room = 0;
-    for (unsigned i = 0; i < in->mNumMeshes; i++) {
-        vertices += in->mMeshes[i]->mNumVertices;
-        room += in->mMeshes[i]->mNumFaces;
-    }
-    float *xyz = (float *)malloc((3 * vertices + 1) * sizeof *xyz), *next = xyz;
-    uint32_t *corner = (uint32_t *)malloc((3 * room + 1) * sizeof *corner), first = 0;
-    const char *wrong = "does not fit into memory";
-    if (vertices > 0xfffffff0u) wrong = "has too many vertices";
-    for (unsigned i = 0; xyz && corner && vertices <= 0xfffffff0u && i < in->mNumMeshes; i++) {
-        const struct aiMesh *part = in->mMeshes[i];
-        add_triangles(part, first, corner, &triangles);
-        for (unsigned k = 0; k < part->mNumVertices; k++) {
-            const struct aiVector3D p = part->mVertices[k];
-            *next++ = p.x;
-            *next++ = z_up ? p.z : p.y;
-            *next++ = z_up ? -p.y : p.z;
-        }
-        first += part->mNumVertices;
-    }
-    if (xyz && corner && vertices <= 0xfffffff0u) wrong = mesh_make(out, xyz, vertices, corner, triangles);
-    free(xyz);
-    free(corner);
-    return wrong;
-}
-
 static int ends_with(const char *text, const char *end) {
     size_t length = strlen(text), n = strlen(end);
     if (length < n) return 0;
@@ -150,18 +102,12 @@ static int ends_with(const char *text, const char *end) {
 }
 
 static void load_object(viewer *v) {
-    check_readable(v->file);
-    const struct aiScene *in = aiImportFile(v->file, aiProcess_Triangulate | aiProcess_PreTransformVertices);
-    if (!in) {
-        char reason[200];
-        snprintf(reason, sizeof reason, "%s", aiGetErrorString());
-        reason[strcspn(reason, "\r\n")] = '\0';
-        fail(2, "cannot read %s: %s", v->file, reason);
-    }
-    int z_up = v->up ? strcmp(v->up, "z") == 0 : ends_with(v->file, ".stl");
+    mesh_file file;
     mesh *m = &v->world.m;
-    const char *wrong = make_object(in, z_up, m);
-    aiReleaseImport(in);
+    mesh_file_read(&file, v->file, v->up ? strcmp(v->up, "z") == 0 : ends_with(v->file, ".stl"));
+    if (file.reason[0]) fail(2, "cannot read %s: %s", v->file, file.reason);
+    const char *wrong = mesh_make(m, file.xyz, (size_t)file.vertices, file.corner, (size_t)file.triangles);
+    mesh_file_free(&file);
     if (wrong) fail(2, "cannot use %s: it %s", v->file, wrong);
     if (m->left_out > 0)
         fprintf(stderr, "mesh: note: left out %u triangles without area or place, or there twice\n", m->left_out);
@@ -189,8 +135,8 @@ static sss_result set_medium(viewer *v) {
     return sss_burley(medium, v->albedo, b);
 }
 
-// The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts glow; the sky lights
-// the front.
+// The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts glow; the sky
+// lights the front.
 static void set_light(viewer *v) {
     scene *s = &v->world.s;
     float r = (float)MESH_RADIUS, middle = (float)(0.5 * v->world.m.size[1] * v->world.m.unit);
