@@ -110,7 +110,8 @@ static void load_object(viewer *v) {
     mesh_file_free(&file);
     if (wrong) fail(2, "cannot use %s: it %s", v->file, wrong);
     if (m->left_out > 0)
-        fprintf(stderr, "mesh: note: left out %u triangles without area or place, or there twice\n", m->left_out);
+        fprintf(stderr, "mesh: note: left out %u of %u triangles: without area or place, or there twice\n", m->left_out,
+                m->left_out + m->triangles);
     wrong = mesh_open(&v->world);
     if (wrong) fail(1, "%s", wrong);
 }
