@@ -33,7 +33,7 @@ typedef struct mesh_hit {
     uint32_t triangle;
     float t, u, v; // the place is (1 - u - v, u, v) of the triangle's corners
     float rounding;
-    sss_vec3 position, normal, shading; // normal: geometric; both of unit length and outward
+    sss_vec3 position, normal, shading; // normal: geometric; shading: see mesh_shade(); both of unit length and outward
 } mesh_hit;
 
 // Of one lookup: the entry, then what its probes have found. Grows as it must.
@@ -108,15 +108,20 @@ static inline const uint32_t *mesh_corners(const mesh_world *w, uint32_t triangl
 // roundings of numbers that are at most |position| + |edge| + |edge|, each of them half of 2^-23.
 static inline void mesh_fill(const mesh_world *w, mesh_hit *hit) {
     const uint32_t *c = mesh_corners(w, hit->triangle);
-    const sss_vec3 *at = w->m.position, *shading = w->m.shading + 3 * (size_t)hit->triangle;
+    const sss_vec3 *at = w->m.position;
     sss_vec3 a = scene_sub(at[c[1]], at[c[0]]), b = scene_sub(at[c[2]], at[c[0]]), n;
     hit->position = scene_along(scene_along(at[c[0]], a, hit->u), b, hit->v);
     hit->normal = n = mesh_normal(&w->m, hit->triangle);
-    hit->shading = scene_along(scene_scale(shading[0], 1.0f - hit->u - hit->v), shading[1], hit->u);
-    hit->shading = scene_normalize(scene_along(hit->shading, shading[2], hit->v));
     hit->rounding = 0x1p-22f * (scene_abs(n.x) * (scene_abs(hit->position.x) + scene_abs(a.x) + scene_abs(b.x)) +
                                 scene_abs(n.y) * (scene_abs(hit->position.y) + scene_abs(a.y) + scene_abs(b.y)) +
                                 scene_abs(n.z) * (scene_abs(hit->position.z) + scene_abs(a.z) + scene_abs(b.z)));
+}
+
+// Its shading normal, which only what is shaded needs.
+static inline void mesh_shade(const mesh_world *w, mesh_hit *hit) {
+    const sss_vec3 *normal = w->m.shading + 3 * (size_t)hit->triangle;
+    sss_vec3 sum = scene_along(scene_scale(normal[0], 1.0f - hit->u - hit->v), normal[1], hit->u);
+    hit->shading = scene_normalize(scene_along(sum, normal[2], hit->v));
 }
 
 static inline void mesh_fill_floor(mesh_hit *hit, sss_vec3 position) {
@@ -232,7 +237,8 @@ static inline const mesh_hit *mesh_lookup(const mesh_world *w, tracer_settings s
         int i = hits->count;
         mesh_all_hits(w, probe.origin, probe.direction, probe.length, hits);
         for (; i < hits->count; i++) {
-            const mesh_hit *h = &hits->hit[i];
+            mesh_hit *h = &hits->hit[i];
+            if (settings.light_aware) mesh_shade(w, h);
             sss_add_hit(&s, h->position, h->normal,
                         settings.light_aware ? tracer_light_guess(&w->s, h->position, h->shading) : 1.0f);
         }
@@ -240,9 +246,12 @@ static inline const mesh_hit *mesh_lookup(const mesh_world *w, tracer_settings s
     }
     if (!sss_finish(&s, &exit)) return NULL;
     *weight = scene_vec(exit.weight[0], exit.weight[1], exit.weight[2]);
-    for (int i = 0;; i++) { // an exit is a hit as it was given, to the bit
-        if (memcmp(&hits->hit[i].position, &exit.position, sizeof exit.position) == 0) return &hits->hit[i];
+    for (int i = 0; i < hits->count; i++) { // an exit is a hit as it was given, to the bit
+        if (memcmp(&hits->hit[i].position, &exit.position, sizeof exit.position) != 0) continue;
+        mesh_shade(w, &hits->hit[i]);
+        return &hits->hit[i];
     }
+    return NULL; // not reached
 }
 
 // ---- The path, as in tracer.h: the lamp by one shadow ray, all else by one ray that goes on, with the closed
