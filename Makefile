@@ -69,7 +69,10 @@ build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | bu
 build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ $(WINDOW) -lOpenCL -lstb -lm
 
-mesh: build/mesh
+mesh:
+	@[ "$(MESH)" ] || { echo 'mesh: Embree 3 or assimp is missing; make setup installs both'; exit 1; }
+	@$(MAKE) --no-print-directory build/mesh
+
 build/mesh: demos/mesh.c $(wildcard demos/*.h) sss_resample.h | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 

@@ -361,8 +361,9 @@ static void run_text(const viewer *v, int which, char *first, char *second, size
     if (r->noise >= 0.0) snprintf(first, room, "%s: noise %.4f", name, r->noise);
     if (which == RESAMPLED && plain > 0.0 && r->noise > 0.0)
         snprintf(first, room, "%s: noise %.4f, %.2f of plain's", name, r->noise, r->noise / plain);
-    snprintf(second, room, "%u samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
-             r->spp[0] + r->spp[1], r->seconds, 1e-6 * (double)r->probes, 1e-6 * (double)r->shaded);
+    snprintf(second, room, "%.1f samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
+             (double)(r->spp[0] + r->spp[1]) + (double)r->row / r->settings.height, r->seconds,
+             1e-6 * (double)r->probes, 1e-6 * (double)r->shaded);
 }
 
 static void draw_run(viewer *v, canvas *c, int which) {
