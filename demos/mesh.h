@@ -27,6 +27,7 @@ typedef struct mesh {
     sss_vec3 *position; // and one more than there are: Embree reads 16 bytes of each
     uint32_t *corner;   // three vertices a triangle, counterclockwise seen from outside
     sss_vec3 *shading;  // three normals a triangle
+    uint32_t *object;   // of each triangle: see mesh_orient()
     double size[3];     // of the bounding box, in the file's units
     double unit;        // scene units in one of the file's
     uint32_t left_out;  // triangles without area, with corners that are no numbers, or there already
@@ -119,11 +120,14 @@ static inline void mesh_turn_out(const mesh *m, const uint32_t *list, uint32_t c
 }
 
 // Turns neighbours the same way, piece by piece, then each piece outwards. Edges of more than two triangles join none.
+// A closed piece is an object of its own: light scatters in it alone, whatever is beside or inside of it. All open ones
+// together are object 0: they are patches of one body, or leaves, or torn along a seam.
 enum { MESH_UNSEEN = 2 };
 static inline void mesh_orient(const mesh *m, const mesh_edge *edge, const uint32_t *edge_of, uint32_t *list,
                                unsigned char *flip) {
+    uint32_t objects = 0;
     for (uint32_t seed = 0; seed < m->triangles; seed++) {
-        uint32_t count = 0;
+        uint32_t count = 0, open = 0;
         if (flip[seed] != MESH_UNSEEN) continue;
         flip[seed] = 0;
         list[count++] = seed;
@@ -131,6 +135,7 @@ static inline void mesh_orient(const mesh *m, const mesh_edge *edge, const uint3
             for (uint32_t k = 3 * list[done]; k < 3 * list[done] + 3; k++) {
                 const mesh_edge *e = &edge[edge_of[k]];
                 uint32_t other = e->side[0] == k ? e->side[1] : e->side[0];
+                open += e->faces != 2;
                 if (e->faces != 2 || flip[other / 3] != MESH_UNSEEN) continue;
                 int along = m->corner[k] == m->corner[other]; // both run along the edge the same way: one is turned
                 flip[other / 3] = flip[list[done]] ^ (unsigned char)along;
@@ -138,6 +143,8 @@ static inline void mesh_orient(const mesh *m, const mesh_edge *edge, const uint3
             }
         }
         mesh_turn_out(m, list, count, flip);
+        objects += !open;
+        for (uint32_t i = 0; i < count; i++) m->object[list[i]] = open ? 0 : objects;
     }
 }
 
@@ -149,7 +156,8 @@ static inline const char *mesh_find_outside(mesh *m) {
     uint32_t *edge_of = (uint32_t *)malloc(corners * sizeof *edge_of);
     uint32_t *list = (uint32_t *)malloc(m->triangles * sizeof *list);
     unsigned char *flip = (unsigned char *)malloc(m->triangles);
-    good = good && edge && edge_of && list && flip;
+    m->object = (uint32_t *)malloc(m->triangles * sizeof *m->object);
+    good = good && edge && edge_of && list && flip && m->object;
     for (uint32_t k = 0; good && k < corners; k++) {
         uint32_t a = m->corner[k], b = m->corner[k % 3 == 2 ? k - 2 : k + 1];
         mesh_edge *e = &edge[edge_of[k] = mesh_set_add(&set, a < b ? a : b, a < b ? b : a, 0)];
@@ -267,6 +275,7 @@ static inline void mesh_free(mesh *m) {
     free(m->position);
     free(m->corner);
     free(m->shading);
+    free(m->object);
     memset(m, 0, sizeof *m);
 }
 

@@ -22,7 +22,7 @@
 
 #define MESH_FILE_REASON 200
 
-// All of the file as one object, y up: its meshes may be parts of one body.
+// All meshes of the file in one, y up: they may be parts of one body.
 typedef struct mesh_file {
     uint64_t vertices, triangles;
     float *xyz;

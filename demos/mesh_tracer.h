@@ -1,8 +1,9 @@
 // mesh_tracer.h - a path tracer for one translucent mesh on a floor, with sss_resample.h on Embree: mesh_lookup() is
 // all that the library asks of a renderer. Host only; link with -lembree3. SPDX-License-Identifier: MIT
 //
-// Light, sky, camera and medium are those of a scene (scene.h) without shapes; the object and the floor are two
-// geometries of Embree's. Probes ask for all hits on the object alone, paths for the nearest of any, light for none.
+// Light, sky, camera and medium are those of a scene (scene.h) without shapes; the mesh and the floor are two
+// geometries of Embree's. Probes ask for all hits on the object that they start from (see mesh_orient()) and on nothing
+// else, paths for the nearest hit on anything, light for none.
 //
 // One crossing, one hit. A line through an edge or a corner meets every triangle there, and with a rounding error
 // Embree reports one of them or several. Seen along the line, two triangles with a common corner that do not overlap
@@ -45,9 +46,11 @@ typedef struct mesh_hits {
 // What Embree's callbacks are given; `embree` comes first, so that a pointer to it points to all.
 typedef struct mesh_query {
     struct RTCIntersectContext embree;
-    mesh_hits *hits; // probes: where hits go
-    unsigned geometry;
-    uint32_t triangle; // probes: the object; paths: the triangle that they leave
+    mesh_hits *hits; // probes: where hits go, and which object's they are
+    const uint32_t *object_of;
+    uint32_t object;
+    unsigned geometry; // paths: the triangle that they leave
+    uint32_t triangle;
 } mesh_query;
 
 static inline mesh_hit *mesh_hits_next(mesh_hits *hits) {
@@ -65,7 +68,7 @@ static inline void mesh_keep(const struct RTCFilterFunctionNArguments *found) {
     mesh_query *query = (mesh_query *)(void *)found->context;
     const struct RTCHit *at = (const struct RTCHit *)(const void *)found->hit; // of one ray: N is 1
     found->valid[0] = 0;                                                       // go on
-    if (at->geomID != query->geometry) return;
+    if (at->geomID != MESH_OBJECT || query->object_of[at->primID] != query->object) return;
     mesh_hit *hit = mesh_hits_next(query->hits);
     hit->geometry = at->geomID;
     hit->triangle = at->primID;
@@ -162,14 +165,15 @@ static inline int mesh_same_crossing(const mesh_world *w, sss_vec3 direction, ui
     return 0;
 }
 
-// All crossings of the segment with the object, nearest first, behind those that are there.
-static inline void mesh_all_hits(const mesh_world *w, sss_vec3 origin, sss_vec3 direction, float length,
-                                 mesh_hits *hits) {
+// All crossings of the segment with one of the mesh's objects, nearest first, behind the hits that are there.
+static inline void mesh_all_hits(const mesh_world *w, uint32_t object, sss_vec3 origin, sss_vec3 direction,
+                                 float length, mesh_hits *hits) {
     int first = hits->count, kept = first;
     mesh_query query;
     struct RTCRayHit ray;
     query.hits = hits;
-    query.geometry = MESH_OBJECT;
+    query.object_of = w->m.object;
+    query.object = object;
     ray.ray = mesh_ray(origin, direction, length);
     mesh_trace(w, &query, mesh_keep, &ray);
     for (int i = first; i < hits->count; i++) {
@@ -231,11 +235,12 @@ static inline const mesh_hit *mesh_lookup(const mesh_world *w, tracer_settings s
     sss_resampler s;
     sss_probe probe;
     sss_exit exit;
+    uint32_t object = w->m.object[hits->hit[0].triangle];
     hits->count = 1;
     sss_begin(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed);
     while (sss_next_probe(&s, &probe)) {
         int i = hits->count;
-        mesh_all_hits(w, probe.origin, probe.direction, probe.length, hits);
+        mesh_all_hits(w, object, probe.origin, probe.direction, probe.length, hits);
         for (; i < hits->count; i++) {
             mesh_hit *h = &hits->hit[i];
             if (settings.light_aware) mesh_shade(w, h);
