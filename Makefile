@@ -18,7 +18,7 @@ PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core g
     assimp-testmodels
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
-MESH      = $(shell $(CC) -E -include embree3/rtcore.h -include assimp/cimport.h -x c /dev/null >/dev/null 2>&1 && echo yes)
+MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
 DEMOS     = $(filter-out $(NO_MESH),$(patsubst demos/%.c,build/%,$(wildcard demos/*.c)))
 TESTS     = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c)))

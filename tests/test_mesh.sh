@@ -22,10 +22,12 @@ fi
 
 # ball NAME SCALE MOVE: an OBJ file of a ball whose corners are multiples of 1/512, times and plus powers of ten.
 ball() {
-    awk -v k="$2" -v move="$3" 'function at(x) { return sprintf("%.10g", k * int(512 * x + (x < 0 ? -0.5 : 0.5)) / 512 + move) }
+    awk -v k="$2" -v move="$3" '
+        function at(x) { return sprintf("%.10g", k * int(512 * x + (x < 0 ? -0.5 : 0.5)) / 512 + move) }
         BEGIN { n = 24; m = 12; pi = atan2(0, -1)
             for (j = 0; j <= m; j++) for (i = 0; i < n; i++) {
-                r = sin(pi * j / m); print "v", at(r * cos(2 * pi * i / n)), at(-cos(pi * j / m)), at(r * sin(2 * pi * i / n)) }
+                r = sin(pi * j / m); a = 2 * pi * i / n
+                print "v", at(r * cos(a)), at(-cos(pi * j / m)), at(r * sin(a)) }
             for (j = 0; j < m; j++) for (i = 0; i < n; i++) {
                 a = n * j + i + 1; b = n * j + (i + 1) % n + 1; print "f", a, a + n, b + n, b } }' >"$work/$1"
 }
@@ -55,9 +57,11 @@ write_files() {
     ply truncated.ply 8 12 <<<$'0 0 0\n1 0 0\n0 1'
     printf 'solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0' >"$work/truncated.stl"
     { printf 'ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty '
-      printf 'float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n\1\2\3'; } >"$work/truncated_binary.ply"
+      printf 'float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n\1\2\3'
+    } >"$work/truncated_binary.ply"
     printf 'glTF\2\0\0\0\377\377\377\377\20\0\0\0JSON{"asset":' >"$work/truncated.glb"
-    printf 'solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n' >"$work/one.stl"
+    printf '%s\n' 'solid x' 'facet normal 0 0 0' 'outer loop' 'vertex 0 0 0' 'vertex 1 0 0' 'vertex 0 1 0' endloop \
+        endfacet 'endsolid x' >"$work/one.stl"
 }
 
 small="--headless --size 64x36 --spp 2 --png small.png"
@@ -71,9 +75,11 @@ refuses() {
 }
 # renders FILE OPTIONS: what it says is in $work/said, the picture has the size that was asked for.
 renders() {
-    (cd "$work" && rm -f small.png && timeout 120 "$mesh" $small "$@" >said 2>error) || { cat "$work/error" && return 1; }
+    (cd "$work" && rm -f small.png && timeout 120 "$mesh" $small "$@" >said 2>error)
+    local code=$?
     cat "$work/said" "$work/error"
-    ! grep -qi nan "$work/said" && [ "$(od -An -tx1 -j16 -N8 "$work/small.png" | tr -d ' ')" = 0000004000000024 ]
+    [ $code -eq 0 ] && ! grep -qi nan "$work/said" &&
+        [ "$(od -An -tx1 -j16 -N8 "$work/small.png" | tr -d ' ')" = 0000004000000024 ]
 }
 notes() { renders "$2" && grep -q "left out $1 of 4 triangles" "$work/error"; }
 
@@ -126,7 +132,8 @@ check_files() {
 # What does not change where only the numbers in the file do: noise and points, to the digit.
 figures() { sed -n 's/ in [0-9.]* s,//; /noise/p' "$work/said"; }
 same_as_ball() {
-    renders ball.obj "${@:2}" && figures >"$work/ball.figures" && renders "$@" && figures >"$work/other.figures" || return 1
+    renders ball.obj "${@:2}" && figures >"$work/ball.figures" && renders "$@" || return 1
+    figures >"$work/other.figures"
     [ -s "$work/ball.figures" ] && cmp "$work/ball.figures" "$work/other.figures"
 }
 # The diffuse mean free path 1 / sqrt(3 sigma_a (sigma_a + sigma_s')), from the published table.
@@ -146,7 +153,8 @@ check_media() {
     for k in 0 1 2 3 4; do check "the same picture 1e$k away" same_as_ball moved$k.obj; done
 }
 dmfp_in_units() {
-    renders ball.obj --dmfp 0.5,0.2,0.1 && figures >"$work/ball.figures" && renders large.obj --dmfp 500,200,100 || return 1
+    renders ball.obj --dmfp 0.5,0.2,0.1 && figures >"$work/ball.figures" || return 1
+    renders large.obj --dmfp 500,200,100 || return 1
     figures >"$work/other.figures"
     cmp "$work/ball.figures" "$work/other.figures"
 }
@@ -190,7 +198,8 @@ opens() {
 # saves_another KEYS: after these keys W saves a picture that is another than before.
 saves() { rm -f "$work/saved.png" && xdotool key w && until_true test -s "$work/saved.png" && sleep 0.2; }
 saves_another() {
-    saves && cp "$work/saved.png" "$work/before.png" && xdotool "$@" && saves && ! cmp -s "$work/before.png" "$work/saved.png"
+    saves && cp "$work/saved.png" "$work/before.png" && xdotool "$@" && saves &&
+        ! cmp -s "$work/before.png" "$work/saved.png"
 }
 gone() { ! kill -0 $running 2>/dev/null; }
 closes() {
@@ -201,7 +210,8 @@ closes() {
 check_window() {
     check "the window opens" opens
     check "M changes the medium" saves_another key m
-    check "dragging turns the object" saves_another mousemove 150 150 mousedown 1 mousemove 190 140 mousemove 230 150 mouseup 1
+    check "dragging turns the object" saves_another \
+        mousemove 150 150 mousedown 1 mousemove 190 140 mousemove 230 150 mouseup 1
     check "the wheel zooms" saves_another mousemove 150 150 click 4
     check "] changes the size" saves_another key bracketright
     check "Q ends it" closes
@@ -213,7 +223,8 @@ large_file() {
     awk 'BEGIN { u = 1000; v = 500; pi = atan2(0, -1)
         printf "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n", u * v
         printf "element face %d\nproperty list uchar int vertex_indices\nend_header\n", 2 * u * v
-        for (i = 0; i < u; i++) for (j = 0; j < v; j++) { a = 2 * pi * i / u; b = 2 * pi * j / v; r = 0.4 + 0.03 * sin(9 * a + 5 * b)
+        for (i = 0; i < u; i++) for (j = 0; j < v; j++) {
+            a = 2 * pi * i / u; b = 2 * pi * j / v; r = 0.4 + 0.03 * sin(9 * a + 5 * b)
             printf "%.6f %.6f %.6f\n", (1 + r * cos(b)) * cos(a), r * sin(b), (1 + r * cos(b)) * sin(a) }
         for (i = 0; i < u; i++) for (j = 0; j < v; j++) { a = i * v; b = (i + 1) % u * v; k = (j + 1) % v
             printf "3 %d %d %d\n3 %d %d %d\n", a + j, b + j, b + k, a + j, b + k, a + k } }' >"$work/large.ply"
@@ -238,8 +249,8 @@ check_long() {
     local n file end
     check "a million triangles" large_file
     mesh_checked=$work/mesh_checked
-    check "builds with AddressSanitizer" gcc -std=c99 -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=undefined \
-        -ffp-contract=off -fopenmp -I. demos/mesh.c -o "$mesh_checked" -lglfw -ldl -lembree3 -lassimp -lstb -lm
+    check "builds with AddressSanitizer" gcc -std=c99 -O1 -g1 -fsanitize=address,undefined \
+        -fno-sanitize-recover=undefined -ffp-contract=off -fopenmp -I. demos/mesh.c -o "$mesh_checked" -lglfw -ldl -lembree3 -lassimp -lstb -lm
     export ASAN_OPTIONS=detect_leaks=0
     for file in "$work/ball.obj" "$work/some_broken.ply" "$work/one.stl" "$models/PLY/cube_binary.ply" \
         "$models/glTF2/BoxTextured-glTF-Binary/BoxTextured.glb" "$models/STL/Spider_binary.stl"; do
@@ -260,7 +271,8 @@ endless=$!
 ends_the_endless() {
     wait $endless
     cat "$work/endless_error"
-    [ "$(cat "$work/endless_code")" = 2 ] && [ "$(wc -l <"$work/endless_error")" = 1 ] && [ ! -s "$work/endless_output" ]
+    [ "$(cat "$work/endless_code")" = 2 ] && [ "$(wc -l <"$work/endless_error")" = 1 ] &&
+        [ ! -s "$work/endless_output" ]
 }
 check_options
 check_files
