@@ -250,7 +250,8 @@ check_long() {
     check "a million triangles" large_file
     mesh_checked=$work/mesh_checked
     check "builds with AddressSanitizer" gcc -std=c99 -O1 -g1 -fsanitize=address,undefined \
-        -fno-sanitize-recover=undefined -ffp-contract=off -fopenmp -I. demos/mesh.c -o "$mesh_checked" -lglfw -ldl -lembree3 -lassimp -lstb -lm
+        -fno-sanitize-recover=undefined -ffp-contract=off -fopenmp -I. demos/mesh.c \
+        -o "$mesh_checked" -lglfw -ldl -lembree3 -lassimp -lstb -lm
     export ASAN_OPTIONS=detect_leaks=0
     for file in "$work/ball.obj" "$work/some_broken.ply" "$work/one.stl" "$models/PLY/cube_binary.ply" \
         "$models/glTF2/BoxTextured-glTF-Binary/BoxTextured.glb" "$models/STL/Spider_binary.stl"; do
