@@ -14,21 +14,26 @@ WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
 PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
-    pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc
+    pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc libembree-dev libassimp-dev \
+    assimp-testmodels
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
     libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium
-DEMOS    := $(patsubst demos/%.c,build/%,$(wildcard demos/*.c))
-TESTS    := $(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c))
+# Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
+MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
+NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
+DEMOS     = $(filter-out $(NO_MESH),$(patsubst demos/%.c,build/%,$(wildcard demos/*.c)))
+TESTS     = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c)))
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
 FUZZ_MINUTES ?= 1
 
-.PHONY: help setup setup-long all demo pictures test-pictures test test-long test-mutants test-table fuzz coverage mix \
-    chart failures bench tutorial tutorial-html install clean
+.PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
+    mix chart failures bench tutorial tutorial-html install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
+	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make pictures      make the pictures of the README anew'
 	@echo 'make test          build and run all tests'
 	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
@@ -72,6 +77,16 @@ build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | bu
 
 build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
 	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ $(WINDOW) -lOpenCL -lstb -lm
+
+mesh:
+	@[ "$(MESH)" ] || { echo 'mesh: Embree 3 or assimp is missing; make setup installs both'; exit 1; }
+	@$(MAKE) --no-print-directory build/mesh
+
+build/mesh: demos/mesh.c $(wildcard demos/*.h) sss_resample.h | build
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
+
+build/test_mesh: tests/test_mesh.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
+	$(TEST_C) -Idemos $< -o $@ -lembree3 -lcmocka -lm
 
 build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
 	$(DEMO_C) $< -o $@ -lm

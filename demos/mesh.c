@@ -1,0 +1,644 @@
+// mesh.c - any mesh made translucent: read by assimp, traced by Embree, shaded with sss_resample.h; plain on the left
+// and resampled on the right, with the noise of both. In a window, or as a PNG. See --help.
+// SPDX-License-Identifier: MIT
+#define _POSIX_C_SOURCE 200809L
+
+#include <unistd.h>
+
+#define COMMAND "mesh"
+#include "mesh_file.h"
+#include "mesh_tracer.h"
+#include "window.h"
+
+#define SLICE   0.012 // seconds that one step of rendering may take
+#define REFRESH 0.080 // between two frames, unless there is an event
+#define COARSE  4     // how many pixels the preview's are wide
+#define MARGIN  32.0f
+#define TOP     96.0f // of the pictures
+#define FOOTER  104.0f
+#define FIELD   22.0f // angle of the view in degrees, and the share of it that the object may fill
+#define FILLED  0.86f
+#define LAMP    128.0f // degrees from the eye, about the object
+#define PRESETS "apple chicken cream ketchup marble milk potato skimmilk skin skin2"
+
+static const char usage[] =
+    "usage: mesh FILE [options]\n"
+    "Makes a mesh (OBJ, PLY, STL, glTF and what else assimp reads) translucent, and renders it twice at the same "
+    "price:\n"
+    "plain on the left, resampled on the right, and the noise of both.\n"
+    "\n"
+    "  --preset NAME      a medium measured by Jensen et al. 2001: apple, chicken, cream, ketchup, marble, milk,\n"
+    "                     potato, skimmilk, skin, skin2\n"
+    "  --scale MM         with --preset: the object's largest dimension in millimetres (50)\n"
+    "  --dmfp R,G,B       without --preset: diffuse mean free paths in the file's units (relative to the object's "
+    "size)\n"
+    "  --albedo R,G,B     without --preset: diffuse albedos (0.93,0.42,0.14)\n"
+    "  --up AXIS          the file's axis that points up: y, or z (default of STL files)\n"
+    "  --turn DEGREES     see the object from this much further to the right (0)\n"
+    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --candidates M     probes of each resampled lookup (8)\n"
+    "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
+    "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES;
+
+// Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
+// practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
+// whole milk, chicken its chicken1.
+static const struct {
+    const char *name;
+    float sigma_s[3], sigma_a[3], eta;
+} preset[] = {{"apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}, 1.3f},
+              {"chicken", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}, 1.3f},
+              {"cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}, 1.3f},
+              {"ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}, 1.3f},
+              {"marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}, 1.5f},
+              {"milk", {2.55f, 3.21f, 3.77f}, {0.0011f, 0.0024f, 0.014f}, 1.3f},
+              {"potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}, 1.3f},
+              {"skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}, 1.3f},
+              {"skin", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}, 1.3f},
+              {"skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}, 1.3f}};
+#define PRESET_COUNT ((int)(sizeof preset / sizeof *preset))
+
+enum { PLAIN, RESAMPLED, RUNS };
+
+// A picture that grows, pass by pass of one sample a pixel, in two halves with independent noise. The difference of the
+// halves is what the noise is measured by.
+typedef struct run {
+    tracer_settings settings;
+    image half[2], preview;
+    image_bytes shown;
+    GLuint texture;
+    int row, previewed;
+    uint32_t spp[2]; // complete passes of each half
+    unsigned long long probes, shaded;
+    double seconds, rate, noise; // rate: rows a second; noise below 0: not known yet
+} run;
+
+typedef struct viewer {
+    window w;
+    mesh_world world;
+    const char *file, *up;
+    int preset; // -1: by albedo and dmfp
+    double millimetres;
+    int has_dmfp, has_albedo, has_scale;
+    float dmfp[3], albedo[3], turn, tilt, zoom;
+    int light_aware, dragging;
+    uint32_t spp;
+    run run[RUNS];
+    unsigned char *mask;
+    float mouse_x, mouse_y;
+    double reported; // progress: when
+} viewer;
+
+// ---- The file
+
+static int ends_with(const char *text, const char *end) {
+    size_t length = strlen(text), n = strlen(end);
+    if (length < n) return 0;
+    for (size_t i = 0; i < n; i++) {
+        char c = text[length - n + i];
+        if ((c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) != end[i]) return 0;
+    }
+    return 1;
+}
+
+static void load_object(viewer *v) {
+    mesh_file file;
+    mesh *m = &v->world.m;
+    mesh_file_read(&file, v->file, v->up ? strcmp(v->up, "z") == 0 : ends_with(v->file, ".stl"));
+    if (file.reason[0]) fail(2, "cannot read %s: %s", v->file, file.reason);
+    const char *wrong = mesh_make(m, file.xyz, (size_t)file.vertices, file.corner, (size_t)file.triangles);
+    mesh_file_free(&file);
+    if (wrong) fail(2, "cannot use %s: it %s", v->file, wrong);
+    if (m->left_out > 0)
+        fprintf(stderr, "mesh: note: left out %u of %u triangles: without area or place, or there twice\n", m->left_out,
+                m->left_out + m->triangles);
+    wrong = mesh_open(&v->world);
+    if (wrong) fail(1, "%s", wrong);
+}
+
+// ---- Medium, light and camera, all relative to the object
+
+static double largest(const mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
+
+static sss_result set_medium(viewer *v) {
+    const mesh *m = &v->world.m;
+    sss_medium *medium = &v->world.s.medium;
+    float a[3], b[3];
+    if (v->preset >= 0) { // from 1/mm to 1/scene unit
+        float unit = (float)(v->millimetres / (largest(m) * m->unit));
+        for (int c = 0; c < 3; c++) {
+            a[c] = preset[v->preset].sigma_a[c] * unit;
+            b[c] = preset[v->preset].sigma_s[c] * unit;
+        }
+        return sss_dipole(medium, a, b, preset[v->preset].eta);
+    }
+    for (int c = 0; c < 3; c++) b[c] = (float)((double)v->dmfp[c] * m->unit);
+    return sss_burley(medium, v->albedo, b);
+}
+
+// The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts glow; the sky
+// lights the front.
+static void set_light(viewer *v) {
+    scene *s = &v->world.s;
+    float r = (float)MESH_RADIUS, middle = (float)(0.5 * v->world.m.size[1] * v->world.m.unit);
+    float turn = (v->turn - LAMP) * (SCENE_PI / 180.0f);
+    s->floor_lit = 0.6f;
+    s->sky_horizon = scene_vec(0.36f, 0.40f, 0.46f);
+    s->sky_zenith = scene_vec(0.30f, 0.36f, 0.46f);
+    s->floor_albedo = scene_vec(0.27f, 0.24f, 0.215f);
+    scenes_light(s, scene_vec(2.6f * r * sinf(turn), middle + 2.2f * r, 2.6f * r * cosf(turn)),
+                 scene_vec(0.0f, middle, 0.0f), 0.5f * r, scene_vec(64.0f, 58.0f, 49.0f));
+}
+
+// Which way the eye is from the object.
+static sss_vec3 view_direction(const viewer *v) {
+    float turn = v->turn * (SCENE_PI / 180.0f), tilt = v->tilt * (SCENE_PI / 180.0f);
+    return scene_vec(sinf(turn) * cosf(tilt), sinf(tilt), cosf(turn) * cosf(tilt));
+}
+
+// As near as the vertices allow, in a picture of this shape. A vertex v from the target is on the edge of the view if
+// |v.right| is tan(half the view) times the distance less v.back.
+static void set_camera(viewer *v, int width, int height) {
+    const mesh *m = &v->world.m;
+    scene *s = &v->world.s;
+    sss_vec3 back = view_direction(v), target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
+    float side = (float)(width < height ? width : height), distance = 0.0f;
+    scenes_camera(s, scene_add(target, back), target, FIELD);
+    float reach = scene_sqrt(scene_dot(s->up, s->up)), across = FILLED * reach * (float)width / side;
+    sss_vec3 right = scene_scale(s->right, 1.0f / reach), up = scene_scale(s->up, 1.0f / reach);
+    float down = FILLED * reach * (float)height / side;
+    for (uint32_t i = 0; i < m->vertices; i++) {
+        sss_vec3 p = scene_sub(m->position[i], target);
+        float far = scene_max(scene_abs(scene_dot(p, right)) / across, scene_abs(scene_dot(p, up)) / down);
+        distance = scene_max(distance, far + scene_dot(p, back));
+    }
+    scenes_camera(s, scene_along(target, back, distance * v->zoom), target, FIELD);
+}
+
+// ---- Rendering in slices
+
+static void restart(viewer *v) {
+    set_camera(v, v->run[0].settings.width, v->run[0].settings.height);
+    set_light(v);
+    for (int i = 0; i < RUNS; i++) {
+        run *r = &v->run[i];
+        r->settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
+        r->settings.light_aware = i == RESAMPLED && v->light_aware;
+        r->settings.plan.candidates = v->w.candidates;
+        for (int h = 0; h < 2; h++) {
+            memset(r->half[h].rgb, 0, image_count(r->half[h].width, r->half[h].height) * sizeof(float));
+            r->spp[h] = 0;
+        }
+        r->probes = r->shaded = 0;
+        r->row = r->previewed = 0;
+        r->seconds = 0.0;
+        r->noise = -1.0;
+    }
+}
+
+static void new_medium(viewer *v) {
+    sss_result wrong = set_medium(v);
+    if (wrong != SSS_OK) fail(2, "this medium cannot be: %s", sss_result_string(wrong));
+    restart(v);
+}
+
+// Which pixels' middles show the object.
+static void find_object(viewer *v) {
+    int width = v->run[0].settings.width, height = v->run[0].settings.height;
+#pragma omp parallel for schedule(dynamic, 8)
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            sss_vec3 d = tracer_camera(&v->world.s, width, height, (float)x + 0.5f, (float)y + 0.5f);
+            v->mask[y * width + x] = mesh_nearest(&v->world, v->world.s.eye, d, NULL).geometry == MESH_OBJECT;
+        }
+    }
+}
+
+// The picture so far, of both halves, as the screen shows it; and its noise: the relative variance that one half's
+// difference from the other tells of. Of n1 and n2 samples a pixel, the mean square of the difference is V/n1 + V/n2, V
+// a sample's variance, and that of the picture V/(n1 + n2).
+static void show(viewer *v, run *r) {
+    float n1 = (float)r->spp[0], n2 = (float)r->spp[1];
+    double squares = 0.0, power = 0.0;
+    if (!r->spp[0]) return;
+    for (size_t i = 0; i < image_count(r->shown.width, r->shown.height); i++) {
+        float a = r->half[0].rgb[i], b = r->half[1].rgb[i];
+        r->shown.rgb[i] = image_tone((a + b) / (n1 + n2), 1.0f);
+        if (!v->mask[i / 3] || !r->spp[1]) continue;
+        double difference = (double)(a / n1) - (double)(b / n2);
+        squares += difference * difference;
+        power += (double)(a / n1) * (double)(b / n2);
+    }
+    if (r->spp[1]) r->noise = power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
+}
+
+// Rows of an image, one sample a pixel more.
+static void render_rows(viewer *v, run *r, image *into, tracer_settings settings, int top, int rows, uint32_t sample) {
+    unsigned long long probes = 0, shaded = 0;
+#pragma omp parallel reduction(+ : probes, shaded)
+    {
+        mesh_hits hits = {0, 0, NULL};
+#pragma omp for schedule(dynamic, 1)
+        for (int y = top; y < top + rows; y++) {
+            float *rgb = into->rgb + image_count(into->width, y);
+            for (int x = 0; x < into->width; x++, rgb += 3) {
+                tracer_result one = mesh_sample(&v->world, settings, x, y, sample, &hits);
+                rgb[0] += one.radiance.x;
+                rgb[1] += one.radiance.y;
+                rgb[2] += one.radiance.z;
+                probes += one.probes;
+                shaded += one.shaded;
+            }
+        }
+        free(hits.hit);
+    }
+    r->probes += probes;
+    r->shaded += shaded;
+}
+
+// One quick pass in large pixels, so that a turned object is there at once.
+static void render_preview(viewer *v, run *r) {
+    tracer_settings settings = r->settings;
+    image_bytes bytes;
+    settings.width = r->preview.width;
+    settings.height = r->preview.height;
+    memset(r->preview.rgb, 0, image_count(settings.width, settings.height) * sizeof(float));
+    render_rows(v, r, &r->preview, settings, 0, settings.height, 0);
+    r->probes = r->shaded = 0; // not part of the picture
+    r->previewed = 1;
+    if (!image_bytes_new(&bytes, settings.width, settings.height, 0)) fail(1, "out of memory");
+    image_blit(&bytes, &r->preview, 1.0f, 0, 0);
+    canvas_upload(&v->w.c, &r->texture, bytes.width, bytes.height, 3, bytes.rgb, 0);
+    free(bytes.rgb);
+}
+
+// A few rows of a pass, as many as the slice has time for. The halves take turns.
+static void render_slice(viewer *v, run *r) {
+    double start = now();
+    int h = r->spp[0] > r->spp[1], height = r->settings.height, rows = (int)(SLICE * r->rate);
+    tracer_settings settings = r->settings;
+    if (v->w.headless || rows > height - r->row) rows = height - r->row;
+    if (rows < 1) rows = 1;
+    settings.seed = sss_hash(v->w.seed, (uint32_t)(2 * settings.method + h));
+    render_rows(v, r, &r->half[h], settings, r->row, rows, r->spp[h]);
+    r->seconds += now() - start;
+    r->rate = rows / (now() - start + 1e-9);
+    r->row += rows;
+    if (r->row < height) return;
+    r->row = 0;
+    r->spp[h]++;
+    if (v->w.headless) return;
+    show(v, r);
+    canvas_upload(&v->w.c, &r->texture, r->shown.width, r->shown.height, 3, r->shown.rgb, 1);
+}
+
+// Whose turn it is; NULL when all is done. Plain goes on until it has shaded as many points as resampled.
+static run *next_run(viewer *v) {
+    run *plain = &v->run[PLAIN], *resampled = &v->run[RESAMPLED];
+    uint32_t done = resampled->spp[0] + resampled->spp[1], passes = plain->spp[0] + plain->spp[1];
+    int behind = (double)plain->shaded * (1.0 + 0.5 / (passes ? passes : 1)) < (double)resampled->shaded;
+    if (plain->row > 0) return plain;
+    if (resampled->row > 0) return resampled;
+    if (behind || (done > 0 && passes < 2)) return plain;
+    return v->w.headless && done >= v->spp ? NULL : resampled;
+}
+
+// ---- Drawing
+
+// Where the picture of a run is.
+static box view_box(const canvas *c, int which) {
+    float width = 0.5f * (c->width - 2.0f * MARGIN - 16.0f), height = c->height - TOP - FOOTER;
+    box b = {which == PLAIN ? MARGIN : MARGIN + width + 16.0f, TOP, width, height};
+    return b;
+}
+
+// The largest part of the picture's shape in it.
+static box picture_box(const canvas *c, const run *r, int which) {
+    box b = view_box(c, which);
+    float across = (float)r->settings.width, down = (float)r->settings.height;
+    float scale = scene_min(b.width / across, b.height / down);
+    b.x = which == PLAIN ? b.x + b.width - across * scale : b.x;
+    b.width = across * scale;
+    b.height = down * scale;
+    return b;
+}
+
+static const char *resampled_name(const viewer *v) {
+    return v->light_aware ? "resampled, told of the light" : "resampled";
+}
+
+static void medium_text(const viewer *v, char *text, size_t room) {
+    const mesh *m = &v->world.m;
+    const sss_medium *medium = &v->world.s.medium;
+    if (v->preset < 0) {
+        snprintf(text, room, "albedo %.2f %.2f %.2f, diffuse mean free path %.3g %.3g %.3g units", (double)v->albedo[0],
+                 (double)v->albedo[1], (double)v->albedo[2], (double)v->dmfp[0], (double)v->dmfp[1],
+                 (double)v->dmfp[2]);
+        return;
+    }
+    double unit = v->millimetres / (largest(m) * m->unit), dmfp[3];
+    for (int c = 0; c < 3; c++) dmfp[c] = unit / (double)medium->sigma[c];
+    snprintf(text, room, "%s (Jensen et al. 2001), %.4g mm large, diffuse mean free path %.3g %.3g %.3g mm",
+             preset[v->preset].name, v->millimetres, dmfp[0], dmfp[1], dmfp[2]);
+}
+
+static const char *base_name(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+static void draw_label(canvas *c, float x, float y, int side, unsigned colour, const char *text) {
+    float width = canvas_text_width(c, 19.0f, text) + 16.0f;
+    canvas_rectangle(c, side == CANVAS_LEFT ? x : x - width, y, width, 27.0f, 0x12151bb0u);
+    canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);
+}
+
+static void run_text(const viewer *v, int which, char *first, char *second, size_t room) {
+    const run *r = &v->run[which];
+    const char *name = which == PLAIN ? "plain" : resampled_name(v);
+    double plain = v->run[PLAIN].noise;
+    snprintf(first, room, "%s", name);
+    if (r->noise >= 0.0) snprintf(first, room, "%s: noise %.4f", name, r->noise);
+    if (which == RESAMPLED && plain > 0.0 && r->noise > 0.0)
+        snprintf(first, room, "%s: noise %.4f, %.2f of plain's", name, r->noise, r->noise / plain);
+    snprintf(second, room, "%.1f samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
+             (double)(r->spp[0] + r->spp[1]) + (double)r->row / r->settings.height, r->seconds,
+             1e-6 * (double)r->probes, 1e-6 * (double)r->shaded);
+}
+
+static void draw_run(viewer *v, canvas *c, int which) {
+    char first[200], second[200];
+    run *r = &v->run[which];
+    const box b = picture_box(c, r, which);
+    const float at[4] = {b.x, b.y, b.width, b.height}, all[4] = {0.0f, 0.0f, 1.0f, 1.0f};
+    unsigned colour = which == PLAIN ? TEXT : CHOSEN;
+    if (r->texture) canvas_image(c, r->texture, at, all, 0xffffffffu);
+    run_text(v, which, first, second, sizeof first);
+    draw_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : resampled_name(v));
+    canvas_text(c, b.x, b.y + b.height + 26.0f, 19.0f, CANVAS_LEFT, colour, first);
+    canvas_text(c, b.x, b.y + b.height + 47.0f, 14.0f, CANVAS_LEFT, QUIET, second);
+}
+
+static void draw_keys(viewer *v, canvas *c, float y) {
+    char text[64];
+    snprintf(text, sizeof text, "medium: %s", v->preset < 0 ? "own" : preset[v->preset].name);
+    float x = canvas_key(c, MARGIN, y, 'M', text);
+    x = canvas_key(c, canvas_key(c, x, y, '[', ""), y, ']', v->preset < 0 ? "dmfp" : "size");
+    x = canvas_key(c, x, y, '-', "");
+    snprintf(text, sizeof text, "candidates: %d", v->w.candidates);
+    x = canvas_key(c, x, y, '+', text);
+    x = canvas_key(c, x, y, 'L', v->light_aware ? "forget the light" : "tell of the light");
+    x = window_last_keys(&v->w, x, y);
+    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, v->w.note[0] ? v->w.note : "drag to turn, wheel to zoom");
+}
+
+static void draw(viewer *v, canvas *c) {
+    char text[300], medium[200];
+    const mesh *m = &v->world.m;
+    canvas_begin(c, PAGE);
+    const box b = picture_box(c, &v->run[PLAIN], PLAIN);
+    snprintf(text, sizeof text, "%.60s: %u triangles, %.4g \xc3\x97 %.4g \xc3\x97 %.4g units", base_name(v->file),
+             m->triangles, m->size[0], m->size[1], m->size[2]);
+    canvas_text(c, b.x, 38.0f, 28.0f, CANVAS_LEFT, TEXT, text);
+    medium_text(v, medium, sizeof medium);
+    canvas_text(c, b.x, 66.0f, 16.0f, CANVAS_LEFT, QUIET, medium);
+    draw_run(v, c, PLAIN);
+    draw_run(v, c, RESAMPLED);
+    snprintf(text, sizeof text,
+             "Plain shades what one probe finds, resampled the one it picks from %d. Noise: the variance over the "
+             "object's pixels, relative to their mean square,",
+             v->w.candidates);
+    float y = b.y + b.height + 70.0f;
+    if (v->w.headless) {
+        canvas_text(c, b.x, y, 13.0f, CANVAS_LEFT, QUIET, text);
+        canvas_text(c, b.x, y + 18.0f, 13.0f, CANVAS_LEFT, QUIET,
+                    "measured by two halves of each picture with independent noise, without a reference; both pictures "
+                    "have shaded the same number of points.");
+    } else {
+        draw_keys(v, c, c->height - 14.0f);
+    }
+}
+
+// ---- The window
+
+static void change_scale(viewer *v, float factor) {
+    float kept[3];
+    double millimetres = v->millimetres;
+    memcpy(kept, v->dmfp, sizeof kept);
+    if (v->preset >= 0) v->millimetres *= (double)factor;
+    for (int c = 0; c < 3 && v->preset < 0; c++) v->dmfp[c] *= factor;
+    if (set_medium(v) != SSS_OK) {
+        memcpy(v->dmfp, kept, sizeof kept);
+        v->millimetres = millimetres;
+    }
+    new_medium(v);
+}
+
+// Returns 0 for the key that ends the program.
+static int press_key(viewer *v, int code) {
+    if (code == 'S' || code == 'F') return 1; // the other windows' scene and profile
+    window_change change = window_key(&v->w, code);
+    if (change == WINDOW_CANDIDATES) restart(v);
+    if (code == 'M') v->preset = v->preset + 1 < PRESET_COUNT ? v->preset + 1 : -1, new_medium(v);
+    if (code == '[') change_scale(v, 0.8f);
+    if (code == ']') change_scale(v, 1.25f);
+    if (code == 'L') v->light_aware = !v->light_aware, restart(v);
+    return change != WINDOW_QUIT;
+}
+
+static void turn_view(viewer *v, const canvas_event *event) {
+    v->turn -= 0.5f * (event->x - v->mouse_x);
+    v->tilt = scene_max(2.0f, scene_min(88.0f, v->tilt + 0.4f * (event->y - v->mouse_y)));
+    v->mouse_x = event->x;
+    v->mouse_y = event->y;
+    restart(v);
+}
+
+static int handle(viewer *v, canvas *c) {
+    canvas_event event;
+    while (canvas_next_event(c, &event)) {
+        if (event.kind == CANVAS_KEY && !press_key(v, event.code)) return 0;
+        if (event.kind == CANVAS_RELEASE) v->dragging = 0;
+        if (event.kind == CANVAS_PRESS) {
+            v->dragging = event.y > TOP && event.y < c->height - FOOTER;
+            v->mouse_x = event.x;
+            v->mouse_y = event.y;
+        }
+        if (event.kind == CANVAS_MOVE && v->dragging) turn_view(v, &event);
+        if (event.kind == CANVAS_WHEEL) {
+            v->zoom = scene_max(0.2f, scene_min(4.0f, v->zoom * powf(0.9f, event.wheel)));
+            restart(v);
+        }
+    }
+    return !canvas_closing(c);
+}
+
+static void run_window(viewer *v, canvas *c) {
+    while (handle(v, c)) {
+        int asked = 0;
+        for (int i = 0; i < RUNS; i++) {
+            if (v->run[i].previewed) continue;
+            if (i == 0) find_object(v);
+            render_preview(v, &v->run[i]);
+        }
+        for (double end = now() + REFRESH; !asked && now() < end; asked = canvas_poll(c, 0.0)) {
+            render_slice(v, next_run(v));
+        }
+        draw(v, c);
+        canvas_show(c);
+        canvas_poll(c, 0.0);
+    }
+    printf("the window went %.0f ms without an answer at most\n", 1e3 * c->longest);
+}
+
+// ---- Without a window
+
+static void show_progress(viewer *v, double start) {
+    const run *r = &v->run[RESAMPLED];
+    double share = (double)(r->spp[0] + r->spp[1]) / v->spp, time = now();
+    int terminal = isatty(STDERR_FILENO);
+    if (share <= 0.0 || share >= 1.0 || time - v->reported < (terminal ? 0.5 : 5.0)) return;
+    v->reported = time;
+    fprintf(stderr, terminal ? "\rrendering %3.0f %%, %.0f s left   " : "mesh: %.0f %%, %.0f s left\n", 100.0 * share,
+            (time - start) * (1.0 / share - 1.0));
+}
+
+static void render_headless(viewer *v, canvas *c) {
+    char first[200], second[200];
+    double start = v->reported = now();
+    find_object(v);
+    for (run *r; (r = next_run(v));) {
+        render_slice(v, r);
+        show_progress(v, start);
+    }
+    if (isatty(STDERR_FILENO)) fprintf(stderr, "\r%60s\r", "");
+    for (int i = 0; i < RUNS; i++) {
+        run *r = &v->run[i];
+        show(v, r);
+        canvas_upload(c, &r->texture, r->shown.width, r->shown.height, 3, r->shown.rgb, 1);
+    }
+    for (int i = 0; i < RUNS; i++) {
+        run_text(v, i, first, second, sizeof first);
+        printf("%s; %s\n", first, second);
+    }
+    draw(v, c);
+    window_save(&v->w);
+}
+
+// ---- Command line
+
+static void parse_colours(const char *option, const char *text, double least, double most, float out[3]) {
+    char *end;
+    const char *at = text;
+    for (int c = 0; c < 3; c++, at = end + 1) {
+        double value = strtod(at, &end);
+        if (end == at || *end != (c < 2 ? ',' : '\0') || !(value >= least && value <= most))
+            fail(2, "%s wants R,G,B, each from %g to %g, not '%s'", option, least, most, text);
+        out[c] = (float)value;
+    }
+}
+
+// How many words the option takes.
+static int parse_option(viewer *v, const char *name, const char *value) {
+    static const char *const names[] = {"--preset", "--scale", "--dmfp", "--albedo", "--up", "--turn", "--spp"};
+    if (strncmp(name, "--", 2) != 0) {
+        if (v->file) fail(2, "one file at a time: after %s comes %s", v->file, name);
+        v->file = name;
+        return 1;
+    }
+    if (strcmp(name, "--light-aware") == 0) return v->light_aware = 1;
+    if (strcmp(name, "--scene") != 0 && strcmp(name, "--profile") != 0) {
+        int taken = window_option(&v->w, usage, name, value);
+        if (taken) return taken;
+    }
+    switch (option_index(names, 7, name, value)) {
+    case 0:
+        parse_word(name, value, PRESETS);
+        for (v->preset = 0; strcmp(preset[v->preset].name, value) != 0;) v->preset++;
+        break;
+    case 1: v->millimetres = parse_real(name, value, 1e-3, 1e6), v->has_scale = 1; break;
+    case 2: parse_colours(name, value, 0.0, 1e12, v->dmfp), v->has_dmfp = 1; break;
+    case 3: parse_colours(name, value, 0.0, 1.0, v->albedo), v->has_albedo = 1; break;
+    case 4: v->up = parse_word(name, value, "y z"); break;
+    case 5: v->turn += (float)parse_real(name, value, -360.0, 360.0); break;
+    case 6: v->spp = (uint32_t)parse_number(name, value, 2, 1000000); break;
+    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    }
+    return 2;
+}
+
+static void parse(viewer *v, int count, char **words) {
+    static const float albedo[3] = {0.93f, 0.42f, 0.14f};
+    window_defaults(&v->w);
+    memcpy(v->albedo, albedo, sizeof albedo);
+    v->preset = -1;
+    v->millimetres = 50.0;
+    v->turn = 30.0f;
+    v->tilt = 17.0f;
+    v->zoom = 1.0f;
+    v->spp = 32;
+    for (int i = 1; i < count;) i += parse_option(v, words[i], i + 1 < count ? words[i + 1] : NULL);
+    if (!v->file) fail(2, "which file? --help lists what there is");
+    if (v->preset >= 0 && (v->has_dmfp || v->has_albedo)) fail(2, "--preset is in place of --dmfp and --albedo");
+    if (v->preset < 0 && v->has_scale) fail(2, "--scale goes with --preset; --dmfp is in the file's units");
+}
+
+// ---- All of it
+
+// As large as they are in the window or picture that is asked for.
+static void make_pictures(viewer *v) {
+    float unit = scene_min((float)v->w.width / 1280.0f, (float)v->w.height / 720.0f);
+    canvas c;
+    c.width = (float)v->w.width / unit;
+    c.height = (float)v->w.height / unit;
+    const box b = view_box(&c, PLAIN);
+    int width = (int)(b.width * unit), height = (int)(b.height * unit), good = 1;
+    if (width < 1) width = 1;
+    if (height < 1) height = 1;
+    for (int i = 0; i < RUNS; i++) {
+        run *r = &v->run[i];
+        r->settings.width = width;
+        r->settings.height = height;
+        good &= image_new(&r->half[0], width, height) && image_new(&r->half[1], width, height);
+        good &= image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
+        good &= image_bytes_new(&r->shown, width, height, 0);
+    }
+    v->mask = (unsigned char *)malloc((size_t)width * (size_t)height);
+    if (!good || !v->mask) fail(1, "out of memory");
+}
+
+static void free_pictures(viewer *v) {
+    for (int i = 0; i < RUNS; i++) {
+        free(v->run[i].half[0].rgb);
+        free(v->run[i].half[1].rgb);
+        free(v->run[i].preview.rgb);
+        free(v->run[i].shown.rgb);
+    }
+    free(v->mask);
+}
+
+int main(int count, char **words) {
+    static viewer v;
+    static const float relative[3] = {0.30f, 0.12f, 0.05f}; // diffuse mean free paths over half the diagonal
+    canvas *c = &v.w.c;
+    parse(&v, count, words);
+    const char *wrong = image_check_writable(v.w.png);
+    if (wrong) fail(2, "cannot write %s: %s", v.w.png, wrong);
+    load_object(&v);
+    const mesh *m = &v.world.m;
+    for (int k = 0; k < 3 && !v.has_dmfp; k++) v.dmfp[k] = relative[k] * (float)(MESH_RADIUS / m->unit);
+    make_pictures(&v);
+    new_medium(&v);
+    char medium[200];
+    medium_text(&v, medium, sizeof medium);
+    printf("%s: %u triangles, %.6g x %.6g x %.6g units; %s\n", v.file, m->triangles, m->size[0], m->size[1], m->size[2],
+           medium);
+    wrong = canvas_open(c, "mesh", v.w.headless, v.w.width, v.w.height, 1280.0f, 720.0f);
+    if (!wrong && v.w.headless) render_headless(&v, c);
+    if (!wrong && !v.w.headless) run_window(&v, c);
+    canvas_close(c);
+    free_pictures(&v);
+    mesh_close(&v.world);
+    if (wrong) fail(3, "%s", wrong);
+    return 0;
+}
