@@ -97,7 +97,7 @@ check_options() {
 ball.obj ball.obj
 ball.obj --nonsense
 ball.obj --preset
-ball.obj --preset jade
+ball.obj --preset soap
 ball.obj --preset marble --scale 0
 ball.obj --preset marble --dmfp 1,1,1
 ball.obj --preset marble --albedo 1,1,1
