@@ -272,9 +272,36 @@ static void totals_on_a_plane(void **state) {
     }
 }
 
+/* Disks and spheres end at the ball that holds all but 1e-4 of the light, chords do not: beyond it they alone count.
+   The radius is that of the reference, to 1e-3. */
+static void only_chords_leave_the_ball(void **state) {
+    static const float albedo[3] = {0.8f, 0.8f, 0.8f};
+    const st_profile p = st_burley(1.0, st_burley_s(1.0));
+    const double r_max = st_radius_of_tail(&p, 1e-4);
+    float dmfp[3];
+    sss_medium m;
+    int i, beyond, c;
+    (void)state;
+    for (c = 0; c < 3; ++c) dmfp[c] = (float)st_burley_s((double)albedo[0]);
+    assert_int_equal(sss_burley(&m, albedo, dmfp), SSS_OK);
+    for (i = 0; i < 4; ++i)
+        for (beyond = 0; beyond < 2; ++beyond) {
+            sss_plan plan = {8, 1, 0u, 0};
+            sss_vec3 zero = st_float(st_vec3(0.0, 0.0, 0.0)), up = st_float(st_vec3(0.0, 0.0, 1.0));
+            sss_resampler s;
+            float mu;
+            double r = r_max * (beyond ? 1.001 : 0.999);
+            plan.techniques = 1u << i;
+            assert_int_equal(sss_begin(&s, &m, &plan, zero, up, 1u), SSS_OK);
+            mu = sss_intensity(&s, st_float(st_vec3(0.6 * r, 0.0, 0.8 * r)), st_float(st_vec3(1.0, 0.2, 0.3)));
+            check_equal("there is a density", mu > 0.0f, !beyond || plan.techniques == SSS_CHORD);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(totals_on_a_plane),
+        cmocka_unit_test(only_chords_leave_the_ball),
         cmocka_unit_test(intensity_is_hits_per_area),
     };
     return cmocka_run_group_tests_name("intensity", tests, NULL, st_report);

@@ -282,6 +282,30 @@ static void test_finish_twice(void **state) {
     }
 }
 
+// Probe j feeds exit j mod N: hits say in their place which probe found them, and chords all have a segment.
+static void test_probes_feed_exits_in_turn(void **state) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.4f, 0.1f};
+    sss_medium m;
+    uint32_t seed;
+    (void)state;
+    assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
+    for (seed = 0; seed < 300u; ++seed) {
+        int exits = 1 + (int)(seed % SSS_MAX_EXITS), candidates = exits + (int)(seed % 20u), probes = 0, i, n;
+        sss_plan plan = plan_of(candidates, exits, SSS_CHORD, (int)(seed / 150u));
+        sss_resampler s;
+        sss_probe probe;
+        sss_exit out[SSS_MAX_EXITS];
+        assert_int_equal(sss_begin(&s, &m, &plan, origin, up, seed), SSS_OK);
+        for (; sss_next_probe(&s, &probe); ++probes)
+            sss_add_hit(&s, vector(0.01f * (float)(probes + 1), 0.0f, 0.0f), up, 1.0f);
+        assert_int_equal(probes, candidates);
+        n = sss_finish(&s, out);
+        assert_int_equal(n, exits);
+        for (i = 0; i < n; ++i)
+            check_equal("exit of a probe", ((int)(100.0f * out[i].position.x + 0.5f) - 1) % exits, i);
+    }
+}
+
 // ---- Channels without a profile
 
 static void test_black_lookup(void **state) {
@@ -424,22 +448,28 @@ static void test_hit_at_the_entry(void **state) {
     }
 }
 
-// Where the sphere's lines all meet their density is 0/0 in float32: nothing is found there.
+// Where all lines of the sphere meet their density is infinite: nothing is found there, and beside it all is finite,
+// for the narrow channel of a wide medium too.
 static void test_hit_at_the_sphere(void **state) {
-    static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
+    static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1e-9f, 1e-5f};
     sss_plan plan = plan_of(8, 1, SSS_SPHERE, 0);
     sss_medium m;
-    sss_resampler s;
-    sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS];
-    sss_vec3 centre;
+    int c, step;
     (void)state;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
-    centre = vector(0.0f, 0.0f, -m.length[0]);
-    assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 1u), SSS_OK);
-    while (sss_next_probe(&s, &probe)) sss_add_hit(&s, centre, up, 1.0f);
-    assert_true(sss_intensity(&s, centre, up) == 0.0f);
-    assert_int_equal(sss_finish(&s, exits), 0);
+    for (c = 0; c < 3; ++c)
+        for (step = -3; step <= 3; ++step) {
+            sss_resampler s;
+            sss_probe probe;
+            sss_exit exits[SSS_MAX_EXITS];
+            sss_vec3 x = vector(0.0f, 0.0f, -sssi_float(sssi_bits(m.length[c]) + (uint32_t)step));
+            assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 1u), SSS_OK);
+            while (sss_next_probe(&s, &probe)) sss_add_hit(&s, x, up, 1.0f);
+            if (!is_finite(sss_intensity(&s, x, up)))
+                fail_msg("channel %d, %d roundings beside the sphere's origin: intensity %g", c, step,
+                         (double)sss_intensity(&s, x, up));
+            assert_true(exits_are_sound(exits, sss_finish(&s, exits)));
+        }
 }
 
 // Disk probes about one axis see a face along it with next to no density: the sum of such weights must stay
@@ -535,6 +565,7 @@ int main(void) {
         cmocka_unit_test(test_hints_are_clamped),
         cmocka_unit_test(test_hit_before_any_probe),
         cmocka_unit_test(test_finish_twice),
+        cmocka_unit_test(test_probes_feed_exits_in_turn),
         cmocka_unit_test(test_black_lookup),
         cmocka_unit_test(test_lambert_lookup),
         cmocka_unit_test(test_mixed_lookup),
