@@ -46,18 +46,19 @@ static const char usage[] =
 static const struct {
     const char *name;
     float sigma_s[3], sigma_a[3], eta;
-} preset[] = {{"apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}, 1.3f},
-              {"chicken", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}, 1.3f},
-              {"cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}, 1.3f},
-              {"jade", {1.10f, 1.40f, 1.20f}, {0.045f, 0.008f, 0.025f}, 1.6f},
-              {"ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}, 1.3f},
-              {"marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}, 1.5f},
-              {"milk", {2.55f, 3.21f, 3.77f}, {0.0011f, 0.0024f, 0.014f}, 1.3f},
-              {"potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}, 1.3f},
-              {"skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}, 1.3f},
-              {"skin", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}, 1.3f},
-              {"skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}, 1.3f},
-              {"wax", {1.50f, 1.40f, 1.10f}, {0.004f, 0.009f, 0.035f}, 1.4f}};
+    int by_eye;
+} preset[] = {{"apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}, 1.3f, 0},
+              {"chicken", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}, 1.3f, 0},
+              {"cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}, 1.3f, 0},
+              {"jade", {1.10f, 1.40f, 1.20f}, {0.045f, 0.008f, 0.025f}, 1.6f, 1},
+              {"ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}, 1.3f, 0},
+              {"marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}, 1.5f, 0},
+              {"milk", {2.55f, 3.21f, 3.77f}, {0.0011f, 0.0024f, 0.014f}, 1.3f, 0},
+              {"potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}, 1.3f, 0},
+              {"skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}, 1.3f, 0},
+              {"skin", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}, 1.3f, 0},
+              {"skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}, 1.3f, 0},
+              {"wax", {1.50f, 1.40f, 1.10f}, {0.004f, 0.009f, 0.035f}, 1.4f, 1}};
 #define PRESET_COUNT ((int)(sizeof preset / sizeof *preset))
 
 enum { PLAIN, RESAMPLED, RUNS };
@@ -340,8 +341,8 @@ static void medium_text(const viewer *v, char *text, size_t room) {
     }
     double unit = v->millimetres / (largest(m) * m->unit), dmfp[3];
     for (int c = 0; c < 3; c++) dmfp[c] = unit / (double)medium->sigma[c];
-    snprintf(text, room, "%s (Jensen et al. 2001), %.4g mm large, diffuse mean free path %.3g %.3g %.3g mm",
-             preset[v->preset].name, v->millimetres, dmfp[0], dmfp[1], dmfp[2]);
+    snprintf(text, room, "%s (%s), %.4g mm large, diffuse mean free path %.3g %.3g %.3g mm", preset[v->preset].name,
+             preset[v->preset].by_eye ? "by eye" : "Jensen et al. 2001", v->millimetres, dmfp[0], dmfp[1], dmfp[2]);
 }
 
 static const char *base_name(const char *path) {
@@ -487,10 +488,9 @@ static void run_window(viewer *v, canvas *c) {
             render_slice(v, next_run(v));
         }
         draw(v, c);
-        canvas_show(c);
+        window_show(&v->w);
         canvas_poll(c, 0.0);
     }
-    printf("the window went %.0f ms without an answer at most\n", 1e3 * c->longest);
 }
 
 // ---- Without a window
@@ -638,9 +638,9 @@ int main(int count, char **words) {
     wrong = canvas_open(c, "mesh", v.w.headless, v.w.width, v.w.height, 1280.0f, 720.0f);
     if (!wrong && v.w.headless) render_headless(&v, c);
     if (!wrong && !v.w.headless) run_window(&v, c);
-    canvas_close(c);
+    window_close(&v.w);
     free_pictures(&v);
     mesh_close(&v.world);
     if (wrong) fail(3, "%s", wrong);
-    return 0;
+    return v.w.failed;
 }
