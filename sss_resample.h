@@ -41,7 +41,7 @@
    (a tenth under a gentle bump map: make failures); they belong in E. One medium a lookup: the entry's.
    Bound: without hints one hit adds to exit.weight[c] at most albedo[c] * live channels * 2 / (chord's share of the
    probes) * b / candidates. b = 1 for Burley; for the dipoles the profile over its proposal, measured: 3.3 for eta up
-   to 2, 8.3 up to 5.
+   to 2, 8.3 up to 5. Lambert channels beside live ones add their albedo times their number to the first exit.
    Randomness: one 32-bit seed names a lookup; the same seed and hits give the same exits. Use one seed once.
    Bits: with -ffp-contract=off on the host the CPU and an OpenCL device compute the same bits, up to the bits that a
    NaN has. -ffast-math is refused. Scaling the scene by a power of two changes no pick and no bit of a weight.
@@ -73,6 +73,9 @@
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "sss_resample.h needs IEEE arithmetic: compile without -ffast-math, -ffinite-math-only, -cl-fast-relaxed-math"
 #endif
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__
+#error "sss_resample.h needs IEEE arithmetic in float: -msse2 -mfpmath=sse on x86, -fexcess-precision=fast on s390x"
+#endif
 #if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #pragma OPENCL FP_CONTRACT OFF
 typedef uint uint32_t;
@@ -82,20 +85,27 @@ typedef uint uint32_t;
 static inline uint32_t sssi_bits(float x) { return as_uint(x); }
 static inline float sssi_float(uint32_t u) { return as_float(u); }
 #else
-#include <math.h>
 #include <stdint.h>
+#define SSSI_TEXT const char *
+#if defined(__GNUC__) && defined(__STDC_HOSTED__) && !__STDC_HOSTED__ /* freestanding: there may be no libc */
+#define SSSI_SQRT(x)       __builtin_sqrtf(x)
+#define SSSI_FABS(x)       __builtin_fabsf(x)
+#define SSSI_COPY(a, b, n) __builtin_memcpy(a, b, n)
+#else
+#include <math.h>
 #include <string.h>
-#define SSSI_TEXT    const char *
-#define SSSI_SQRT(x) sqrtf(x)
-#define SSSI_FABS(x) fabsf(x)
+#define SSSI_SQRT(x)       sqrtf(x)
+#define SSSI_FABS(x)       fabsf(x)
+#define SSSI_COPY(a, b, n) memcpy(a, b, n)
+#endif
 static inline uint32_t sssi_bits(float x) {
     uint32_t u;
-    memcpy(&u, &x, sizeof u);
+    SSSI_COPY(&u, &x, sizeof u);
     return u;
 }
 static inline float sssi_float(uint32_t u) {
     float x;
-    memcpy(&x, &u, sizeof x);
+    SSSI_COPY(&x, &u, sizeof x);
     return x;
 }
 #endif
@@ -258,8 +268,9 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
    of shading; for hints of the light the default is the better plan. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice);
 
-/* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum),
-   SSS_BAD_POSITION (not finite), SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK. */
+/* Starts a lookup; channels of less than 1e-5 of the longest length act as of that. plan NULL: the default.
+   SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum), SSS_BAD_POSITION (not finite),
+   SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK. */
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan, sss_vec3 position,
                                    sss_vec3 geometric_normal, uint32_t seed);
 /* 1 and a segment to trace while there is another probe, else 0. */
@@ -280,14 +291,15 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
    double precision (tests/test_math.c): exp 1.1 ulp, expm1 1.8 ulp, log 1 ulp, sin and cos 1e-7. ---- */
 #define SSSI_PI       3.14159265f
 #define SSSI_FLT_MAX  3.402823466e38f
-#define SSSI_NUDGE    5.9604644e-8f  /* 2^-24 */
-#define SSSI_LOWEST   (-70.0f)       /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
-#define SSSI_R_MIN    1e-6f          /* of the length: profiles do not grow below */
-#define SSSI_R_FAR    1e18f          /* squares do not overflow */
-#define SSSI_TAIL     1e-4f          /* what r_max leaves out */
-#define SSSI_LEN_MIN  1e-9f          /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
-#define SSSI_TINY     1e-36f         /* hits of a lower target or weight, or a higher weight, are left out: they are */
-#define SSSI_HUGE     1e20f          /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
+#define SSSI_NUDGE    5.9604644e-8f /* 2^-24 */
+#define SSSI_LOWEST   (-70.0f)      /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
+#define SSSI_R_MIN    1e-6f         /* of the length: profiles do not grow below */
+#define SSSI_R_FAR    1e18f         /* squares do not overflow */
+#define SSSI_TAIL     1e-4f         /* what r_max leaves out */
+#define SSSI_LEN_MIN  1e-5f         /* of the longest length in a lookup; float32 places no hit more finely */
+#define SSSI_TINY     1e-36f        /* hits of a lower target or weight, or a higher weight, are left out: they are */
+#define SSSI_HUGE     1e20f         /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
+#define SSSI_POLE_MIN 1e-25f        /* square of a distance from the sphere's origin: its power 3/2 is a normal float */
 #define SSSI_HINT_MIN 9.0949470e-13f /* 2^-40 */
 #define SSSI_HINT_MAX 1.0995116e12f
 
@@ -1034,7 +1046,8 @@ SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
 /* The intensities below are of one technique, at x about the entry where the surface has the unit normal n. */
 SSSI_FN float sssi_depth_intensity(sss_vec3 x, sss_vec3 n, sss_vec3 axis, float h) {
     sss_vec3 v = sssi_add(x, sssi_mul(axis, h));
-    float v2 = sssi_dot(v, v), far = SSSI_SQRT(v2), along = v2 > 1e-8f * h * h ? SSSI_FABS(sssi_dot(n, v)) : far;
+    float v2 = sssi_max(sssi_dot(v, v), SSSI_POLE_MIN), far = SSSI_SQRT(v2);
+    float along = v2 > 1e-8f * h * h ? SSSI_FABS(sssi_dot(n, v)) : far;
     return along / (2.0f * SSSI_PI * v2 * far); /* at o itself infinite, however the surface runs through it */
 }
 SSSI_FN float sssi_sphere_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3 n) {
@@ -1096,7 +1109,7 @@ static inline float sss_intensity(const sss_resampler *s, sss_vec3 position, sss
     sssi_set_lane(&n, 0, geometric_normal);
     if (s->medium.dipole) sssi_find_densities(s, 1, 1, &x, &n, &d);
     else sssi_find_densities(s, 0, 1, &x, &n, &d);
-    return d.mu[0] >= 0.0f ? d.mu[0] / (s->unit * s->unit) : 0.0f;
+    return d.mu[0] / (s->unit * s->unit);
 }
 
 /* ---- Pick ---- */
