@@ -32,7 +32,8 @@
    It is exact for every plan that holds SSS_CHORD, for all numbers of candidates and exits. SSS_DISK with
    SSS_DISK_TANGENTS lacks the tail beyond the radius that holds all but 1e-4 of the widest channel's albedo. SSS_DISK
    alone misses faces at right angles to the entry's, SSS_SPHERE alone has infinite variance for Burley's profile:
-   both are for smooth surfaces and for teaching.
+   both are for smooth surfaces and for teaching. With SSS_SPHERE a medium's lengths may be 1e5 apart, not more: float32
+   puts the hits of the widest channel's lines too coarsely for a narrower one, which loses light (1e8 apart: 14 %).
    Densities are *intensities*: expected hits per unit of surface area. They integrate to the expected number of hits,
    not to 1, and so all hits count (front, back, several on one probe), and sums are divided by probes, never by hits.
    Hits: each crossing of this object's surface once, at shared edges too: one reported twice counts twice, one missed
@@ -268,9 +269,8 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
    of shading; for hints of the light the default is the better plan. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice);
 
-/* Starts a lookup; channels of less than 1e-5 of the longest length act as of that. plan NULL: the default.
-   SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum), SSS_BAD_POSITION (not finite),
-   SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK. */
+/* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum),
+   SSS_BAD_POSITION (not finite), SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK. */
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan, sss_vec3 position,
                                    sss_vec3 geometric_normal, uint32_t seed);
 /* 1 and a segment to trace while there is another probe, else 0. */
@@ -296,7 +296,7 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 #define SSSI_R_MIN    1e-6f         /* of the length: profiles do not grow below */
 #define SSSI_R_FAR    1e18f         /* squares do not overflow */
 #define SSSI_TAIL     1e-4f         /* what r_max leaves out */
-#define SSSI_LEN_MIN  1e-5f         /* of the longest length in a lookup; float32 places no hit more finely */
+#define SSSI_LEN_MIN  1e-9f         /* shortest length in a lookup, over the longest: keeps 1/d^2 finite */
 #define SSSI_TINY     1e-36f        /* hits of a lower target or weight, or a higher weight, are left out: they are */
 #define SSSI_HUGE     1e20f         /* rarer or fainter than 1e-20, and nothing of the others over- or underflows */
 #define SSSI_POLE_MIN 1e-25f        /* square of a distance from the sphere's origin: its power 3/2 is a normal float */

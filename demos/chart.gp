@@ -177,7 +177,7 @@ do for [format in "png svg"] {
     unset logscale
     set xlabel "cost of shading an exit, over that of a probe"
     set ylabel "the plan's efficiency over the best"
-    set xrange [0.1:200]; set yrange [0:1.25]; set logscale x
+    set xrange [0.1:200]; set yrange [0:1.4]; set logscale x
     set ytics ("0" 0, "20 %%" 0.2, "40 %%" 0.4, "60 %%" 0.6, "80 %%" 0.8, "100 %%" 1)
     data = out."-plan.dat"
     eval(beside(1, 1, grey, "the best method"))

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs test programs (cmocka) and test scripts and counts: run.sh PROGRAM_OR_SCRIPT ... The programs, which use all
-# cores, and the scripts, which mostly use one, run side by side. Output is kept in build/logs, and shown where a test
-# fails; the last line is the sum. A program that dies counts as failed.
+# cores, and the scripts, which mostly use one, run side by side; after the programs, the scripts from both ends. Output
+# is kept in build/logs, and shown where a test fails; the last line is the sum. A program that dies counts as failed.
 set -u
 build=${BUILD:-build}
 mkdir -p "$build/logs"
@@ -11,6 +11,7 @@ run() {
     local test=$1 name log start=$SECONDS status ok bad left
     name=$(basename "$test")
     log=$build/logs/$name.log
+    mkdir "$build/logs/$name.taken" 2>/dev/null || return 0 # another has it
     case $test in
     *.sh) bash "$test" >"$log" 2>&1 ;;
     *) "$test" ${LONG:+--long} >"$log" 2>&1 ;;
@@ -35,19 +36,15 @@ run() {
     echo "$ok $bad $left" >"$build/logs/$name.count"
     echo "$name: $ok passed, $bad failed, $left skipped in $((SECONDS - start)) s"
 }
-run_those() { # that are scripts (1) or are not (0)
-    local scripts=$1 test
-    shift
-    for test in "$@"; do
-        if [[ $test == *.sh ]]; then [ "$scripts" = 0 ] || run "$test"
-        else [ "$scripts" = 1 ] || run "$test"; fi
-    done
-}
-
-rm -f "$build"/logs/*.count
+rm -rf "$build"/logs/*.count "$build"/logs/*.taken
 trap 'trap - TERM && kill 0' INT TERM # what runs in the background ignores Ctrl-C
-run_those 0 "$@" &
-run_those 1 "$@"
+programs=() scripts=() backwards=()
+for test in "$@"; do
+    if [[ $test == *.sh ]]; then scripts+=("$test") backwards=("$test" "${backwards[@]}")
+    else programs+=("$test"); fi
+done
+for test in "${programs[@]}" "${backwards[@]}"; do run "$test"; done &
+for test in "${scripts[@]}"; do run "$test"; done
 wait
 passed=0 failed=0 skipped=0
 for test in "$@"; do
