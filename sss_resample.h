@@ -258,7 +258,8 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 
 /* Rd(r) of a channel in 0..2, 1/length^2, r >= 0 in scene units; below 1e-6 of the channel's length as at that radius,
    and beyond 70 e-foldings without further decay. 0 for black and Lambert channels, and for a channel or radius that
-   does not exist. */
+   does not exist. Worst relative error: 4.0e-7 for Burley, 1.2e-6 for the standard dipole, 1.4e-6 for the better one,
+   and 2.1e-7 more for each e-folding (tests/test_profiles.c). */
 static inline float sss_profile(const sss_medium *m, int channel, float r);
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
