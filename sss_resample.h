@@ -621,7 +621,8 @@ SSSI_FN sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, const 
                 else high = middle;
             }
             h = sssi_make_shape(&b, sssi_float(high));
-            if (h.sigma * dmfp[c] >= 1e-17f) sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]); /* else Lambert */
+            /* Lambert where 1 / z_r^2 would leave float's range. */
+            if (h.sigma * dmfp[c] >= 1e-17f) sssi_set_dipole(m, c, &b, &h, h.sigma * dmfp[c]);
         }
     }
     sssi_set_r_max(m);
