@@ -265,9 +265,9 @@ static inline float sss_profile(const sss_medium *m, int channel, float r);
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
 /* The cheapest plan for a need, and advice (NULL where not wanted) in SSS_ADVICE_ bits: Lambert where a pixel is wider
-   than r_max, a volume where the flat profile would lose a tenth of the light. The plan is SSS_DISK with one candidate
-   where the surface is flat as far as r_max, else the default mix with the number of candidates that pays at that cost
-   of shading; for hints of the light the default is the better plan. */
+   than r_max, a volume where the flat profile would lose a fifth of a ball's light. The plan is SSS_DISK with one
+   candidate where the surface is flat as far as r_max, else the default mix with the number of candidates that pays at
+   that cost of shading; for hints of the light the default is the better plan. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or above its maximum),
@@ -346,10 +346,7 @@ SSSI_FN void sssi_sincos_turn(float u, float *s, float *c) {
 }
 
 SSSI_FN sss_vec3 sssi_vec3(float x, float y, float z) {
-    sss_vec3 v;
-    v.x = x;
-    v.y = y;
-    v.z = z;
+    sss_vec3 v = {x, y, z};
     return v;
 }
 SSSI_FN sss_vec3 sssi_add(sss_vec3 a, sss_vec3 b) { return sssi_vec3(a.x + b.x, a.y + b.y, a.z + b.z); }
@@ -664,12 +661,10 @@ SSSI_FN float sssi_ball_albedo(const sss_medium *m, int c, float r) {
     return a + (1.0f - a) / (1.0f + 0.7f * x * SSSI_SQRT(x));
 }
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need, unsigned *advice) {
-    sss_plan plan;
+    sss_plan plan = {0, 0, 0u, 0};
     unsigned bits = 0;
     float r = need->curvature_radius, cost = need->shading_cost;
     int c, live = 0;
-    plan.candidates = plan.exits = plan.independent = 0;
-    plan.techniques = 0;
     for (c = 0; c < 3; ++c) {
         if (!sssi_is_live(m, c)) continue;
         live = 1;
@@ -754,11 +749,9 @@ SSSI_FN void sssi_set_medium(sss_resampler *s, const sss_medium *m) {
 }
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan, sss_vec3 position,
                                    sss_vec3 geometric_normal, uint32_t seed) {
-    sss_plan given;
+    sss_plan given = {0, 0, 0u, 0};
     sss_result result;
     int i, live;
-    given.candidates = given.exits = given.independent = 0;
-    given.techniques = 0;
     if (plan) given = *plan;
     result = sssi_check_lookup(&given, position, &geometric_normal);
     sssi_set_medium(s, m);
@@ -897,20 +890,15 @@ typedef struct sssi_ends {
 
 /* [3]. Beyond r_max the ends meet, and there is no probe. */
 SSSI_FN sssi_ends sssi_disk_ends(float r, float r_max) {
-    sssi_ends e;
-    e.rim_a = e.rim_b = r;
-    e.height_a = SSSI_SQRT(sssi_max(r_max * r_max - r * r, 0.0f));
-    e.height_b = -e.height_a;
+    float height = SSSI_SQRT(sssi_max(r_max * r_max - r * r, 0.0f));
+    sssi_ends e = {r, height, r, -height};
     return e;
 }
 /* [4]. The line is o + t w, w the upper of its two directions; the ball cuts it at t = h (n.w) -+ reach. */
 SSSI_FN sssi_ends sssi_sphere_ends(float h, float r_max, float z) {
     float rim = SSSI_SQRT((1.0f - z) * (1.0f + z)), reach = SSSI_SQRT((r_max - h) * (r_max + h) + h * h * z * z);
-    sssi_ends e;
-    e.rim_a = (h * z + reach) * rim;
-    e.rim_b = (h * z - reach) * rim;
-    e.height_a = (h * z + reach) * z - h;
-    e.height_b = (h * z - reach) * z - h;
+    float a = h * z + reach, b = h * z - reach;
+    sssi_ends e = {a * rim, a * z - h, b * rim, b * z - h};
     return e;
 }
 /* [5]. Half of the chords join the two sides of the tangent plane, a quarter lies above it and a quarter below. */
@@ -1058,8 +1046,7 @@ SSSI_FN float sssi_sphere_intensity(const sss_resampler *s, sss_vec3 x, sss_vec3
     return s->mix[0] * sssi_depth_intensity(x, n, axis, h[0]) + s->mix[1] * sssi_depth_intensity(x, n, axis, h[1]) +
            s->mix[2] * sssi_depth_intensity(x, n, axis, h[2]);
 }
-/* r_a comes from the parts along the two other axes: r^2 less that along this one would lose it at the density's pole.
- */
+/* r_a comes from the parts along the two other axes: r^2 less that along this one would lose it near the pole. */
 SSSI_FN void sssi_add_disk(const sss_resampler *s, int dipole, int count, const sssi_lanes *x, const sssi_lanes *n,
                            int axis, int second, int third, float *mu) {
     int l;
@@ -1119,7 +1106,7 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
     sssi_lanes x, n;
     sssi_densities d;
     float plain[SSS_LANES], weight[SSS_LANES], light[SSS_LANES], pick[SSS_LANES];
-    int e, l;
+    int c, e, l;
     for (l = 0; l < count; ++l) {
         sss_vec3 normal = sssi_lane(&s->hit_normal, l);
         sssi_normalize(&normal);
@@ -1150,9 +1137,7 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
         if (chosen < 0) continue;
         held->light = light[chosen];
         held->target = d.target[chosen];
-        held->profile[0] = d.profile[0][chosen];
-        held->profile[1] = d.profile[1][chosen];
-        held->profile[2] = d.profile[2][chosen];
+        for (c = 0; c < 3; ++c) held->profile[c] = d.profile[c][chosen];
         held->position = sssi_lane(&s->hit_position, chosen);
         held->normal = sssi_lane(&n, chosen);
     }
@@ -1165,10 +1150,9 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
     else SSSI_CALL(sssi_weigh_of, s, 0, s->waiting);
 }
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal, float light) {
-    sss_vec3 n = geometric_normal;
     int l = s->waiting;
     if (s->next == 0 || !(light > 0.0f && light <= SSSI_FLT_MAX)) return;
-    if (!sssi_finite(position) || !sssi_finite(n) || !(sssi_longest(n) > 0.0f)) return;
+    if (!sssi_finite(position) || !sssi_finite(geometric_normal) || !(sssi_longest(geometric_normal) > 0.0f)) return;
     sssi_set_lane(&s->hit_position, l, position);
     sssi_set_lane(&s->hit_normal, l, geometric_normal);
     s->hit_light[l] = light;
