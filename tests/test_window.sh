@@ -276,10 +276,10 @@ start_display() {
     export DISPLAY=:$(cat "$work/display")
 }
 
-# Up to ten seconds, or `tries` times 0.1.
+# Up to half a minute, or `tries` times 0.1: long enough for a machine that does much else.
 until_true() {
     local i
-    for ((i = 0; i < ${tries:-100}; i++)); do
+    for ((i = 0; i < ${tries:-300}; i++)); do
         "$@" && return
         sleep 0.1
     done
@@ -299,12 +299,19 @@ opens() { # TITLE PROGRAM OPTIONS
 }
 shows_text() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" 0 10 960 30)" -gt 200 ]; }
 
+# Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other there, any of them.
+drawn() {
+    screen before && sleep 0.1 && screen now
+    [ "$("$work/pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" = 0 ]
+}
+before() { tries=10 until_true drawn "$@" || true; }
+
 # keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are others.
 changed() { screen now && [ "$("$work/pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" -ge ${many:-30} ]; }
 keys_change() {
     local keys=$1
     shift
-    screen before
+    before "$@"
     xdotool key $keys && until_true changed "$@"
 }
 
@@ -334,7 +341,7 @@ ends() {
 closes() { xdotool key "$1" && ends 0; }
 
 # The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys below y 495.
-comes_back() { xdotool key $1 && tries=300 until_true same_as "$work/960x540.png" 0 0 960 488; }
+comes_back() { xdotool key $1 && tries=900 until_true same_as "$work/960x540.png" 0 0 960 488; }
 
 ring_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
 click_moves_entry() {
@@ -343,21 +350,21 @@ click_moves_entry() {
 
 drag() { xdotool mousemove $1 $2 mousedown ${5:-1} mousemove $((($1 + $3) / 2)) $2 mousemove $3 $4 mouseup ${5:-1}; }
 drag_turns() {
-    screen before
+    before 39 110 170 225
     drag 45 130 75 135 && many=100 until_true changed 39 110 170 225
 }
 right_drag_turns() {
-    screen before
+    before 39 110 170 225
     drag 110 230 150 230 3 && many=100 until_true changed 39 110 170 225
 }
 wheel_zooms() {
-    screen before
+    before 39 110 170 225
     xdotool mousemove 110 230 click 4 click 4 && many=100 until_true changed 39 110 170 225
 }
 click_on_key() {
-    screen before
+    before 39 110 170 225
     xdotool mousemove 590 526 click 1 && until_true changed 39 110 170 225 || return 1
-    screen before
+    before 39 110 170 225
     xdotool click 1 && until_true changed 39 110 170 225
 }
 turns_by_itself() {
@@ -371,7 +378,7 @@ resizes() {
 }
 # The same picture as without a display, whose layout is checked above: all but the keys.
 resizes_whole() { # WIDTH HEIGHT ROWS
-    local tries=300 # all lookups must be done
+    local tries=900 # all lookups must be done
     xdotool windowsize "$window" $1 $2
     until_true same_as "$work/$1x$2.png" 0 0 $1 $3 || { echo "$differ of 10000 pixels differ" && return 1; }
 }
@@ -383,10 +390,10 @@ wrote_times() { [ "$(said_wrote)" = "$1" ]; }
 stall_writer() { # KEYS, which the program finds all at once
     rm -f "$work/saved.png" && mkfifo "$work/saved.png" && exec 9<>"$work/saved.png" &&
         kill -STOP $running && xdotool key "$@" && kill -CONT $running &&
-        timeout 10 head -c 8 <&9 >"$work/stalled.png" && rm "$work/saved.png" && exec 8</proc/self/fd/9 && exec 9>&-
+        timeout 30 head -c 8 <&9 >"$work/stalled.png" && rm "$work/saved.png" && exec 8</proc/self/fd/9 && exec 9>&-
 }
 drain_writer() {
-    timeout 20 cat <&8 >>"$work/stalled.png"
+    timeout 30 cat <&8 >>"$work/stalled.png"
     local code=$?
     exec 8<&-
     [ $code = 0 ] && [ "$("$work/pixels" size "$work/stalled.png")" = 960x540 ] &&
@@ -394,7 +401,7 @@ drain_writer() {
 }
 writes_beside_the_window() { # compared are the panes: the histograms may still grow
     local before=$(said_wrote)
-    screen before
+    before 39 110 907 225
     stall_writer w p || { echo "the writer does not begin" && return 1; }
     until_true changed 39 110 907 225 || { echo "the window waits for the writer" && return 1; }
     xdotool key w
@@ -424,7 +431,7 @@ closing_loses_nothing() {
 # 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too is cut for them.
 opens_dense() {
     "$work/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
-        tries=300 until_true same_as "$work/960x540.png" 0 0 960 488 && saves 960x540 &&
+        tries=900 until_true same_as "$work/960x540.png" 0 0 960 488 && saves 960x540 &&
         [ "$("$work/pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)" -le $LIMIT ]
 }
 closed_by_its_button() {
