@@ -28,6 +28,16 @@ finish() {
     exit $((failed > 0))
 }
 
+# needs PROGRAM...: the test ends here if one of them was not built.
+needs() {
+    local program
+    for program in "$@"; do
+        [ -x "$program" ] && continue
+        check "$program is there: build it first" false
+        finish
+    done
+}
+
 # refuses CODE PROGRAM WORDS...: this exit code, one line of complaint, nothing on the standard output. It runs where no
 # stray file can stay.
 refuses() {

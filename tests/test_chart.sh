@@ -8,11 +8,7 @@ build=${BUILD:-build}
 
 chart=$(cd "$build" 2>/dev/null && pwd)/chart
 model=$(cd "$build" 2>/dev/null && pwd)/model
-if [ ! -x "$chart" ] || [ ! -x "$model" ]; then
-    echo "not ok $build/chart and $build/model are there: build them first"
-    failed=1
-    finish
-fi
+needs "$chart" "$model"
 csv=$work/chart.csv
 
 check_options() {

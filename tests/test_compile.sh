@@ -147,7 +147,7 @@ bare() {
 }
 
 # The header's own words, not some other error.
-refuses() {
+header_refuses() {
     if "$@" -I. -c "$work/alone.c" -o "$work/alone.o" 2>"$work/error"; then return 1; fi
     cat "$work/error"
     grep -q 'error.*sss_resample.h needs IEEE arithmetic' "$work/error"
@@ -157,11 +157,12 @@ check_refusals() {
     local compiler flag
     for compiler in gcc clang g++ clang++; do
         for flag in -ffast-math -ffinite-math-only -Ofast; do
-            if have $compiler; then check "$compiler $flag is refused" refuses $compiler $flag
+            if have $compiler; then check "$compiler $flag is refused" header_refuses $compiler $flag
             else skip "$compiler $flag is refused" "there is no $compiler"; fi
         done
     done
-    if [ "$(uname -m)" = x86_64 ]; then check "floats computed as long doubles are refused" refuses gcc -std=c99 -mfpmath=387
+    if [ "$(uname -m)" = x86_64 ]; then
+        check "floats computed as long doubles are refused" header_refuses gcc -std=c99 -mfpmath=387
     else skip "floats computed as long doubles are refused" "this is no x86"; fi
 }
 

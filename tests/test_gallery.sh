@@ -7,23 +7,9 @@ build=${BUILD:-build}
 . tests/check.sh
 
 program=$(cd "$build" 2>/dev/null && pwd)/failures
-if [ ! -x "$program" ]; then
-    echo "not ok $build/failures is there: build it first"
-    failed=1
-    finish
-fi
+needs "$program"
 names="edge hits retry reach colours wall hair slab bumps floats"
 out=$work/gallery
-
-# Exit code 2, one line of complaint, nothing on the standard output.
-refuses() {
-    (cd "$work" && "$program" "$@" >plain_output 2>error)
-    local code=$? lines
-    lines=$(wc -l <"$work/error")
-    cat "$work/error"
-    echo "exit code $code, $lines lines on stderr, $(wc -c <"$work/plain_output") bytes on stdout"
-    [ $code -eq 2 ] && [ "$lines" -eq 1 ] && [ ! -s "$work/plain_output" ]
-}
 
 measure() { "$program" --quick "$out" >"$work/table"; }
 
@@ -85,9 +71,9 @@ pictures_are_drawn() {
 }
 
 check "failures --help" sh -c "'$program' --help | grep -q '^usage: '"
-check "failures refuses --nonsense" refuses --nonsense
-check "failures refuses to go without a name" refuses --quick
-check "failures refuses a name in no directory" refuses --quick no/such/directory/x
+check "failures refuses --nonsense" refuses 2 "$program" --nonsense
+check "failures refuses to go without a name" refuses 2 "$program" --quick
+check "failures refuses a name in no directory" refuses 2 "$program" --quick no/such/directory/x
 check "failures runs" measure
 check "each classical way fails, and the header does not" claims_hold
 sed 's/^/    /' "$work/out"

@@ -12,11 +12,8 @@ has_libraries() { gcc -E -include embree3/rtcore.h -include assimp/cimport.h -x 
 if [ ! -x "$mesh" ] && ! has_libraries; then
     skip "build/mesh and build/test_mesh" "make setup installs Embree and assimp"
     finish
-elif [ ! -x "$mesh" ]; then
-    echo "not ok $mesh is there: build it first"
-    failed=1
-    finish
 fi
+needs "$mesh"
 
 # ---- Files
 
@@ -65,14 +62,6 @@ write_files() {
 }
 
 small="--headless --size 64x36 --spp 2 --png small.png"
-# refuses OPTIONS: exit code 2, one line of complaint, nothing on the standard output.
-refuses() {
-    (cd "$work" && timeout 60 "$mesh" "$@" >plain_output 2>error)
-    local code=$?
-    cat "$work/error"
-    echo "exit code $code"
-    [ $code -eq 2 ] && [ "$(wc -l <"$work/error")" -eq 1 ] && [ ! -s "$work/plain_output" ]
-}
 # renders FILE OPTIONS: what it says is in $work/said, the picture has the size that was asked for.
 renders() {
     (cd "$work" && rm -f small.png && timeout 120 "$mesh" $small "$@" >said 2>error)
@@ -91,7 +80,7 @@ check_options() {
         check "--help tells of --$option" grep -q -- "--$option" "$work/help"
     done
     while IFS= read -r words; do
-        check "refused: $words" refuses --headless $words
+        check "refused: $words" refuses 2 timeout 60 "$mesh" --headless $words
     done <<'END'
 
 ball.obj ball.obj
@@ -122,7 +111,7 @@ check_files() {
     local file
     for file in none.obj empty.obj folder.obj nonsense.ply no_faces.obj zero_faces.ply nan.ply degenerate.ply \
         point.ply truncated.stl truncated_binary.ply truncated.glb; do
-        check "one clear line: $file" refuses $small $file
+        check "one clear line: $file" refuses 2 timeout 60 "$mesh" $small $file
     done
     check "works without its broken triangles: some_broken.ply" notes 1 some_broken.ply
     check "works without its broken triangles: some_degenerate.ply" notes 3 some_degenerate.ply

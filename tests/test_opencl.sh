@@ -8,11 +8,7 @@ export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home 
 mkdir -p "$POCL_CACHE_DIR"
 render=$build/render
 
-if [ ! -x "$render" ] || [ ! -x "$build/test_opencl" ]; then
-    echo "not ok $build/render and $build/test_opencl are there: build them first"
-    failed=1
-    finish
-fi
+needs "$render" "$build/test_opencl"
 
 # ---- The text of the kernels
 

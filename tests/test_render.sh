@@ -6,11 +6,7 @@ build=${BUILD:-build}
 . tests/check.sh
 
 render=$(cd "$build" 2>/dev/null && pwd)/render
-if [ ! -x "$render" ]; then
-    echo "not ok $build/render is there: build it first"
-    failed=1
-    finish
-fi
+needs "$render"
 
 # ---- Options
 

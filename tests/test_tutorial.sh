@@ -98,16 +98,6 @@ warning_free() {
     done
 }
 
-# Wrong arguments, or a file that cannot be written: exit code 2 and one line, before any work is done.
-refuses() {
-    local slug=$1 code
-    shift
-    "build/$slug" "$@" >"$work/plain" 2>"$work/error"
-    code=$?
-    cat "$work/error"
-    [ $code -eq 2 ] && [ "$(wc -l <"$work/error")" -eq 1 ] && [ ! -s "$work/plain" ]
-}
-
 # ---- The text
 
 folders_are_listed() {
@@ -205,9 +195,9 @@ run_all ""
 for slug in $slugs; do check_chapter "$slug" ""; done
 check "commands of exercises run" exercises_run
 check "no warnings" warning_free
-check "refused: no file" refuses lambert
-check "refused: two files" refuses area a.png b.png
-check "refused: a file in no folder" refuses least no/such/folder/x.png
+check "refused: no file" refuses 2 "$PWD/build/lambert"
+check "refused: two files" refuses 2 "$PWD/build/area" a.png b.png
+check "refused: a file in no folder" refuses 2 "$PWD/build/least" no/such/folder/x.png
 # Another compiler, no optimisation, and what libm does on a processor without fused operations.
 if [ -n "${LONG:-}" ]; then
     run_all "s/^cc /clang /"

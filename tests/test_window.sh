@@ -7,11 +7,7 @@ build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
 . tests/check.sh
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home directory
 
-if [ ! -x "$build/exit_points" ] || [ ! -x "$build/noise" ]; then
-    echo "not ok $build/exit_points and $build/noise are there: build them first"
-    failed=1
-    finish
-fi
+needs "$build/exit_points" "$build/noise"
 
 # ---- Tools
 
