@@ -28,15 +28,12 @@ enum { EDGE, HITS, RETRY, REACH, COLOURS, WALL, HAIR, SLAB, BUMPS, FLOATS, PANEL
 static panel panels[PANELS] = {
     {"edge", "A disk probe along the normal is blind to faces along that normal",
      "Probes about the normal alone never meet the other face of an edge: the light that would leave there is lost, "
-     "and "
-     "since nothing is noisy the picture looks converged. Chords meet every face alike. The figures are for even "
-     "light, "
-     "0.2 d from the edge.",
+     "and since nothing is noisy the picture looks converged. Chords meet every face alike. The figures are for even "
+     "light, 0.2 d from the edge.",
      "", ""},
     {"hits", "Dividing by hits instead of probes",
-     "The sum of the candidates' weights has to be divided by the probes that were sent. Divided by the hits that "
-     "were found it is biased, by an amount that depends on the shape and that more candidates do not take away. "
-     "Figures "
+     "The sum of the candidates' weights has to be divided by the probes that were sent. Divided by the hits that were "
+     "found it is biased, by an amount that depends on the shape and that more candidates do not take away. Figures "
      "for plane, sphere and plates at M = 8.",
      "", ""},
     {"retry", "Trying again until a probe hits",
@@ -51,20 +48,18 @@ static panel panels[PANELS] = {
     {"colours", "Radii drawn for one colour",
      "The same wax, both resampled, left with radii drawn from the blue channel's profile alone. The mean is right, "
      "but the variance of red is infinite, as its profile is more than twice as wide as the density that should find "
-     "it. "
-     "So most of the picture lacks red and a few dots have it all. The header draws from all channels and weighs by "
-     "their mixture. The figures are the largest weight of a lookup over the albedo.",
+     "it. So most of the picture lacks red and a few dots have it all. The header draws from all channels and weighs "
+     "by their mixture. The figures are the largest weight of a lookup over the albedo.",
      "", ""},
     {"wall", "A pick that does not know of the light",
-     "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are "
-     "dark. A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays. The "
-     "figures are "
-     "for the pixel in the middle.",
+     "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are dark. "
+     "A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays. The "
+     "figures are for the pixel in the middle.",
      "", ""},
     {"hair", "Weights without a bound",
-     "A hair of radius d / 10. Where its side turns along the only axis of the probes, the "
-     "density goes to zero and the weight to infinity: the largest weight grows with the number of lookups for ever. "
-     "With chords in the mix no weight exceeds the bound.",
+     "A hair of radius d / 10. Where its side turns along the only axis of the probes, the density goes to zero and "
+     "the weight to infinity: the largest weight grows with the number of lookups for ever. With chords in the mix no "
+     "weight exceeds the bound.",
      "", ""},
     {"slab", "A depth that meets the far side",
      "Sphere probes pass through a point at depth h. Where a slab is as thick as that, all of them meet its far side "
@@ -72,9 +67,9 @@ static panel panels[PANELS] = {
      "mix see it.",
      "", ""},
     {"bumps", "Shading normals in the density",
-     "A sphere with a bump map; the light is even along the true surface, so the picture should be smooth. The "
-     "density counts crossings of the true surface: given shading normals, probes along the tangents seem likely "
-     "where there are none. Pass the geometric normal, and keep the shading normal for shading.",
+     "A sphere with a bump map; the light is even along the true surface, so the picture should be smooth. The density "
+     "counts crossings of the true surface: given shading normals, probes along the tangents seem likely where there "
+     "are none. Pass the geometric normal, and keep the shading normal for shading.",
      "", ""},
     {"floats", "Single precision where two waves cancel",
      "The better dipole subtracts two waves that are nearly equal far from the entry. As the formula is written, "

@@ -141,7 +141,7 @@ typedef struct image_sink {
 
 static inline void image_drain(void *sink, void *bytes, int count) {
     image_sink *s = (image_sink *)sink;
-    s->good = fwrite(bytes, 1, (size_t)count, s->file) == (size_t)count;
+    s->good &= fwrite(bytes, 1, (size_t)count, s->file) == (size_t)count;
 }
 
 // Into a file beside it, which takes the name when it is complete: no picture is ever there in part, and what was there
