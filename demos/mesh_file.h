@@ -145,18 +145,19 @@ static inline void mesh_file_read(mesh_file *f, const char *path, int z_up) {
     if (!size) return;
     fflush(NULL); // or the child has a copy of what waits to be written
     pid_t child = pipe(ends) == 0 ? fork() : -1;
+    if (child < 0) {
+        snprintf(f->reason, sizeof f->reason, "%s", strerror(errno));
+        return;
+    }
     if (child == 0) {
         close(ends[0]);
         mesh_file_child(ends[1], path, z_up, size);
     }
-    FILE *from = NULL;
-    if (child > 0) {
-        close(ends[1]);
-        from = fdopen(ends[0], "rb");
-    }
+    close(ends[1]);
+    FILE *from = fdopen(ends[0], "rb");
     int good = from && mesh_file_receive(from, f);
     if (from) fclose(from);
-    if (child > 0) waitpid(child, &status, 0);
+    waitpid(child, &status, 0);
     int endless = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
     if (!good)
         snprintf(f->reason, sizeof f->reason, "it is damaged: assimp %s", endless ? "comes to no end" : "breaks down");

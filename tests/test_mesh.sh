@@ -107,12 +107,18 @@ ball.obj --png no/such/directory/x.png
 END
 }
 
+# The fault is not the file's if a process or a pipe cannot be had.
+no_pipe() {
+    refuses 2 bash -c 'ulimit -n 4 && exec "$@"' bash "$mesh" $small ball.obj && grep -q ": Too many open files" "$work/error"
+}
+
 check_files() {
     local file
     for file in none.obj empty.obj folder.obj nonsense.ply no_faces.obj zero_faces.ply nan.ply degenerate.ply \
         point.ply truncated.stl truncated_binary.ply truncated.glb; do
         check "one clear line: $file" refuses 2 timeout 60 "$mesh" $small $file
     done
+    check "one clear line: no pipe to read it by" no_pipe
     check "works without its broken triangles: some_broken.ply" notes 1 some_broken.ply
     check "works without its broken triangles: some_degenerate.ply" notes 3 some_degenerate.ply
     for file in one.stl ball.unknown tiny.obj vast.obj; do check "works: $file" renders $file; done
