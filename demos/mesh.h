@@ -17,10 +17,9 @@
 
 #define MESH_RADIUS 1.2  // half the diagonal of the bounding box, in scene units: the size of the demo scenes' objects
 #define MESH_CREASE 0.6f // cosine of the angle between faces up to which shading is smooth across their edge
-#define MESH_CROWD                                                                                                     \
-    256 // a vertex of more faces, such as the pole of a globe, keeps theirs: the work grows with the square
-#define MESH_MOST 100000000u // triangles
-#define MESH_NONE 0xffffffffu
+#define MESH_CROWD  256 // faces: a vertex of more, such as a globe's pole, is not smoothed: that is work by their square
+#define MESH_MOST   100000000u // triangles
+#define MESH_NONE   0xffffffffu
 
 typedef struct mesh {
     uint32_t vertices, triangles;
