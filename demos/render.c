@@ -19,7 +19,7 @@ static const char usage[] =
     "usage: render [options]\n"
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
+    "  --scene NAME       bear (default), rabbit, sphere, slab, corner, needles\n"
     "  --method NAME      resampled (default), plain (one probe a lookup, three axes), reference (brute "
     "force)\n"
     "  --profile NAME     burley (default), dipole, better-dipole\n"
@@ -107,7 +107,7 @@ static int parse_value(options *o, const char *name, const char *value) {
     if (i >= 6 && i <= 8) o->resampling = names[i];
     if (i != 9 && i != 10) o->rendering = names[i];
     switch (i) {
-    case 0: o->scene = parse_word(name, value, "bear sphere slab corner needles"); break;
+    case 0: o->scene = parse_word(name, value, "bear rabbit sphere slab corner needles"); break;
     case 1: o->method = parse_word(name, value, "resampled plain reference"); break;
     case 2: o->profile = parse_word(name, value, "burley dipole better-dipole"); break;
     case 3: o->spp = (int)parse_number(name, value, 1, 1000000); break;
