@@ -1,7 +1,7 @@
 // mesh.c - any mesh made translucent: read by assimp, traced by Embree, shaded with sss_resample.h; plain on the left
 // and resampled on the right, with the noise of both. In a window, or as a PNG. See --help.
 // SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
 #include <unistd.h>
 
@@ -624,7 +624,7 @@ int main(int count, char **words) {
     static const float relative[3] = {0.30f, 0.12f, 0.05f}; // diffuse mean free paths over half the diagonal
     canvas *c = &v.w.c;
     parse(&v, count, words);
-    const char *wrong = image_check_writable(v.w.png);
+    const char *wrong = output_try(v.w.png);
     if (wrong) fail(2, "cannot write %s: %s", v.w.png, wrong);
     load_object(&v);
     const triangle_mesh *m = &v.world.m;

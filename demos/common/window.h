@@ -7,6 +7,7 @@
 
 #include "canvas.h"
 #include "command.h"
+#include "files.h"
 
 #define PAGE   0x12151bffu
 #define TEXT   0xf2f4f8ffu
@@ -141,7 +142,7 @@ static inline int window_option(window *w, const char *usage, const char *name, 
 static inline void window_write(void *argument) {
     window *w = (window *)argument;
     stbi_flip_vertically_on_write(1);
-    w->wrong = image_write_png(&w->written, w->png);
+    w->wrong = file_write_png(w->png, &w->written);
 }
 
 static inline void window_tell(window *w, const char *wrong) {
