@@ -1,6 +1,6 @@
 // exit_points.c - light enters an object at one point: which exits do the techniques find, how much does each count,
 // and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "exit_points"
 #include "common/tracer.h"
@@ -696,7 +696,7 @@ int main(int count, char **words) {
     e.dmfp = 2.0f;
     e.turn = -24.0f;
     for (int i = 1; i < count;) i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
-    const char *wrong = image_check_writable(e.w.png);
+    const char *wrong = output_try(e.w.png);
     if (wrong) fail(2, "cannot write %s: %s", e.w.png, wrong);
     open_scene(&e);
     wrong = canvas_open(c, "exit points", e.w.headless, e.w.width, e.w.height, 1280.0f, 720.0f);

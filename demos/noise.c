@@ -1,6 +1,6 @@
 // noise.c - one picture rendered twice at the same price, plain on the left and resampled on the right, and the error
 // of both, while it grows. In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "noise"
 #include "common/device.h"
@@ -440,7 +440,7 @@ static int parse_option(noise *n, const char *name, const char *value) {
 static void make_pictures(noise *n) {
     int width = WIDTH, height = HEIGHT;
     image against = {0, 0, NULL};
-    const char *wrong = n->against ? image_read_pfm(&against, n->against, NULL, 0) : NULL;
+    const char *wrong = n->against ? file_read_pfm(&against, n->against, NULL) : NULL;
     if (wrong) fail(2, "cannot read %s: %s", n->against, wrong);
     if (n->against) width = against.width, height = against.height;
     n->mask = (unsigned char *)malloc((size_t)width * (size_t)height);
@@ -486,7 +486,7 @@ int main(int count, char **words) {
     n.divider = 0.5f;
     n.device = "cpu";
     for (int i = 1; i < count;) i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
-    const char *wrong = image_check_writable(n.w.png);
+    const char *wrong = output_try(n.w.png);
     if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
     make_pictures(&n);
     set_scene(&n);

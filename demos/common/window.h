@@ -7,6 +7,7 @@
 
 #include "canvas.h"
 #include "command.h"
+#include "files.h"
 
 #define PAGE   0x12151bffu
 #define TEXT   0xf2f4f8ffu
@@ -141,7 +142,7 @@ static inline int window_option(window *w, const char *usage, const char *name, 
 static inline void window_write(void *argument) {
     window *w = (window *)argument;
     stbi_flip_vertically_on_write(1);
-    w->wrong = image_write_png(&w->written, w->png);
+    w->wrong = file_write_png(w->png, &w->written);
 }
 
 static inline void window_tell(window *w, const char *wrong) {
@@ -182,7 +183,7 @@ static inline void window_show(window *w) {
 static inline void window_close(window *w) {
     if (w->c.window) {
         glfwHideWindow(w->c.window);
-        if (w->c.frames) printf("the window went %.0f ms without an answer at most\n", 1e3 * w->c.longest);
+        printf("the window went %.0f ms without an answer at most\n", 1e3 * w->c.longest);
     }
     window_write_pictures(w, 1);
     canvas_close(&w->c);
