@@ -214,8 +214,8 @@ static inline double body_error(const body_sum *s) {
 
 // One walk from the entry, in a cosine-distributed direction. 1, its weight, and where it leaves;
 // 0 when it is absorbed.
-static inline int body_walk(const body_solid *b, const body_volume *v, uint64_t *random, body_vec *at,
-                            int *shape, double *weight) {
+static inline int body_walk(const body_solid *b, const body_volume *v, uint64_t *random,
+                            body_vec *at, int *shape, double *weight) {
     body_vec x = b->entry, d = body_isotropic(random);
     *shape = 0;
     *weight = 1.0;

@@ -16,10 +16,10 @@ static const char usage[] =
     "walk through the volume: a line for each case in OUT, for model_error.gp, and what\n"
     "sss_plan_for makes of them. Then Lambert, and ways to find the radius of curvature.\n"
     "  --quick  a tenth of the cases\n"
-    "  --fit    also other constants of the plan's formula, on other cases: those that chose them\n";
+    "  --fit    also other constants of the plan's formula, on other cases\n";
 
 static const double tolerance[TOLERANCES] = {0.5, 0.2, 0.1, 0.05, 0.02};
-static const char *const kind_name[BODY_KINDS] = {"ball", "slab",          "cylinder",
+static const char *const kind_name[BODY_KINDS] = {"ball",     "slab", "cylinder",
                                                   "spheroid", "edge", "inside corner"};
 static const char *const light_name[BODY_LIGHTS] = {"everywhere", "in front", "behind"};
 
@@ -76,8 +76,8 @@ static void count_choice(plan_rates *r, const case_row *row, double tolerated, i
 }
 
 static void print_rates(const char *name, plan_rates r) {
-    printf("  %-22s %6.0f choices: %5.1f %% above the tolerance, %5.1f %% walked needlessly\n", name,
-           r.cases, 100.0 * r.missed / r.cases, 100.0 * r.needless / r.cases);
+    printf("  %-22s %6.0f choices: %5.1f %% above the tolerance, %5.1f %% walked needlessly\n",
+           name, r.cases, 100.0 * r.missed / r.cases, 100.0 * r.needless / r.cases);
 }
 
 static case_row *measure_cases(uint64_t first, int count) {
@@ -141,17 +141,19 @@ static void report_plan(const case_row *row, int count) {
     for (int l = 0; l < BODY_LIGHTS; l++) print_rates(light_name[l], by_light[l]);
     print_rates("all", all);
     if (worst)
-        printf("  worst at tolerance 0.1: %s, light %s, albedo %.2f %.2f %.2f, radius %.2f %.2f %.2f "
-               "dmfp: %.2f\n",
+        printf("  worst at tolerance 0.1: %s, light %s, albedo %.2f %.2f %.2f, "
+               "radius %.2f %.2f %.2f dmfp: %.2f\n",
                kind_name[worst->c.kind], light_name[worst->c.light_kind], worst->c.albedo[0],
                worst->c.albedo[1], worst->c.albedo[2], 1.0 / worst->c.dmfp[0],
                1.0 / worst->c.dmfp[1], 1.0 / worst->c.dmfp[2], worst->measured);
 }
 
-// The formula 1 / (1 + u^power), u = factor radius / dmfp / max(1 - A, least), with other constants.
+// The formula 1 / (1 + u^power), u = factor radius / dmfp / max(1 - A, least), with other
+// constants.
 static void report_fit(const case_row *row, int count) {
     static const double power[] = {1.0, 1.25, 1.5}, least[] = {0.02, 0.05, 0.1};
-    printf("Constants of 1 / (1 + u^power), u = factor radius / dmfp / max(1 - A, least), on %d cases:\n",
+    printf("On %d other cases: power, least and factor of the formula 1 / (1 + u^power),\n"
+           "u = factor radius / dmfp / max(1 - A, least):\n",
            count);
     for (int p = 0; p < 3; p++) {
         for (int l = 0; l < 3; l++) {
@@ -184,7 +186,8 @@ static void lambert_pixel(double radius, double footprint, double shadow, const 
                           double albedo, double dmfp, int points, uint64_t *random,
                           body_sum sum[2]) {
     int ball = isfinite(radius);
-    body_solid b = ball ? body_quadric(1.0 / radius, 1.0 / radius, 1.0 / radius) : body_right_angle(0);
+    double k = 1.0 / radius;
+    body_solid b = ball ? body_quadric(k, k, k) : body_right_angle(0);
     body_volume v = body_volume_of(albedo, dmfp);
     b.shape[0].high[0] = (double)INFINITY;
     for (int i = 0; i < points; i++) {
@@ -205,33 +208,44 @@ static void lambert_pixel(double radius, double footprint, double shadow, const 
 }
 
 // One random pixel: footprint over r_max is .05 to 10, and a ball .5 to 50 pixels in radius.
-static double lambert_error(uint64_t seed, int points, double *footprint, double *radius,
-                            body_case *c, double *deviation) {
+// Measured like body_case_error.
+static double lambert_error(uint64_t seed, double *footprint, double *radius, body_case *c,
+                            double *deviation) {
     uint64_t random = seed << 32;
-    double error = 0.0, light = 0.0, variance = 0.0;
-    body_light lamp = {0, {0.0, 0.0, 0.0}};
+    body_light lamp;
     body_random_medium(c, &random);
 
     sss_medium m = medium_of(c->albedo, c->dmfp);
-    int ball = body_random(&random) < 0.5;
+    int ball = body_random(&random) < 0.5, points = 2000;
     *footprint = 0.05 * pow(200.0, body_random(&random)) * (double)m.r_max;
     *radius = ball ? 0.5 * pow(100.0, body_random(&random)) * *footprint : (double)INFINITY;
     lamp.everywhere = body_random(&random) < 1.0 / 3.0;
     lamp.towards = body_isotropic(&random);
     double shadow = *footprint * (6.0 * body_random(&random) - 3.0);
 
-    for (int i = 0; i < 3; i++) {
-        body_sum sum[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-        double a = c->albedo[i];
-        lambert_pixel(*radius, *footprint, shadow, &lamp, a, c->dmfp[i], points, &random, sum);
-        double walk = body_mean(&sum[0]), dark = fmax(walk, BODY_DARK * a);
-        double own = a * hypot(body_error(&sum[0]), body_error(&sum[1])) / dark;
-        error += a * fabs(body_mean(&sum[1]) - walk) / dark;
-        variance += own * own;
-        light += a;
-    }
-    *deviation = sqrt(variance) / light;
-    return error / light;
+    body_sum sum[3][2];
+    double error, nearest;
+    memset(sum, 0, sizeof sum);
+    do {
+        double light = 0.0, variance = 0.0;
+        error = 0.0;
+        for (int i = 0; i < 3; i++) {
+            double a = c->albedo[i];
+            lambert_pixel(*radius, *footprint, shadow, &lamp, a, c->dmfp[i], points, &random,
+                          sum[i]);
+            double walk = body_mean(&sum[i][0]), dark = fmax(walk, BODY_DARK * a);
+            double own = a * hypot(body_error(&sum[i][0]), body_error(&sum[i][1])) / dark;
+            error += a * fabs(body_mean(&sum[i][1]) - walk) / dark;
+            variance += own * own;
+            light += a;
+        }
+        error /= light;
+        *deviation = sqrt(variance) / light;
+        nearest = (double)INFINITY;
+        for (int t = 0; t < TOLERANCES; t++) nearest = fmin(nearest, fabs(error - tolerance[t]));
+        points *= 2;
+    } while (points <= 1 << 16 && *deviation > nearest / 3.0);
+    return error;
 }
 
 static void report_lambert(int count) {
@@ -241,7 +255,7 @@ static void report_lambert(int count) {
     for (int i = 0; i < count; i++) {
         double footprint, radius;
         case_row row;
-        row.measured = lambert_error((uint64_t)(3000000 + i), 20000, &footprint, &radius, &row.c,
+        row.measured = lambert_error((uint64_t)(3000000 + i), &footprint, &radius, &row.c,
                                      &row.error);
         sss_medium m = medium_of(row.c.albedo, row.c.dmfp);
         sss_need need;
@@ -349,56 +363,61 @@ static int compare_floats(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-// The choices that a radius leads to where the true one leads to a volume: what one estimates is
-// never too small, so these are all that can go wrong.
-static void report_radius(int entries) {
-    static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
-    float *ratio = malloc((size_t)(RADIUS_WAYS * entries) * sizeof *ratio);
-    radius_entry *entry = malloc((size_t)entries * sizeof *entry);
-    if (!ratio || !entry) fail(1, "out of memory");
-    printf("The radius on %d entries of each scene: the estimate over the true radius, and how often\n"
-           "it leads to a profile where the true one leads to a volume, mean over the tolerances:\n",
-           entries);
-    for (int k = 0; k < 5; k++) {
-        static scene s;
-        scenes_optics optics = {{0.0f}, {0.0f}};
-        int wrong[RADIUS_WAYS] = {0};
-        scenes_find(&s, &optics, scenes[k]);
-        sss_burley(&s.medium, optics.albedo, optics.dmfp);
-        radius_entries(&s, entry, entries);
-#pragma omp parallel for
-        for (int i = 0; i < entries; i++) {
-            const radius_entry *e = &entry[i];
-            float truth = radius_true(&s, e, (uint32_t)i), estimate[RADIUS_WAYS];
-            estimate[RADIUS_INWARD] = radius_by_rays(&s, e, 1);
-            estimate[RADIUS_FOUR] = radius_by_rays(&s, e, 4);
-            estimate[RADIUS_LOOKUP] = radius_by_lookups(&s, e, (uint32_t)i, 1);
-            estimate[RADIUS_LOOKUPS] = radius_by_lookups(&s, e, (uint32_t)i, 8);
-            for (int w = 0; w < RADIUS_WAYS; w++) {
-                ratio[w * entries + i] = estimate[w] / truth;
-                for (int t = 0; t < TOLERANCES; t++) {
-                    sss_need need;
-    memset(&need, 0, sizeof need);
-                    need.tolerance = (float)tolerance[t];
-                    need.curvature_radius = truth;
-                    int volume = sss_plan_for(&s.medium, &need).techniques == SSS_WALK;
-                    need.curvature_radius = estimate[w];
-                    if (!volume || sss_plan_for(&s.medium, &need).techniques == SSS_WALK) continue;
-#pragma omp atomic
-                    wrong[w]++;
-                }
-            }
-        }
+// The estimates over the true radius. What one estimates is never too small, so all that can go
+// wrong is a profile where the true radius leads to a volume: *wrong counts these choices.
+static void radius_ratios(const scene *s, const radius_entry *e, uint32_t seed,
+                          float ratio[RADIUS_WAYS], int wrong[RADIUS_WAYS]) {
+    float truth = radius_true(s, e, seed);
+    ratio[RADIUS_INWARD] = radius_by_rays(s, e, 1) / truth;
+    ratio[RADIUS_FOUR] = radius_by_rays(s, e, 4) / truth;
+    ratio[RADIUS_LOOKUP] = radius_by_lookups(s, e, seed, 1) / truth;
+    ratio[RADIUS_LOOKUPS] = radius_by_lookups(s, e, seed, 8) / truth;
+
+    for (int t = 0; t < TOLERANCES; t++) {
+        sss_need need;
+        memset(&need, 0, sizeof need);
+        need.tolerance = (float)tolerance[t];
+        need.curvature_radius = truth;
+        if (sss_plan_for(&s->medium, &need).techniques != SSS_WALK) continue;
         for (int w = 0; w < RADIUS_WAYS; w++) {
-            float *r = ratio + w * entries;
-            qsort(r, (size_t)entries, sizeof *r, compare_floats);
-            printf("  %-8s %-18s median %5.2f, 90 %% below %6.2f; %4.1f %% wrong\n", scenes[k],
-                   radius_name[w], (double)r[entries / 2], (double)r[entries * 9 / 10],
-                   100.0 * wrong[w] / (TOLERANCES * entries));
+            need.curvature_radius = truth * ratio[w];
+            wrong[w] += sss_plan_for(&s->medium, &need).techniques != SSS_WALK;
         }
     }
+}
+
+static void report_radius(const char *name, int entries) {
+    static scene s;
+    scenes_optics optics = {{0.0f}, {0.0f}};
+    int wrong[RADIUS_WAYS] = {0};
+    float(*ratio)[RADIUS_WAYS] = malloc((size_t)entries * sizeof *ratio);
+    float *sorted = malloc((size_t)entries * sizeof *sorted);
+    radius_entry *entry = malloc((size_t)entries * sizeof *entry);
+    if (!ratio || !sorted || !entry) fail(1, "out of memory");
+    scenes_find(&s, &optics, name);
+    sss_burley(&s.medium, optics.albedo, optics.dmfp);
+    radius_entries(&s, entry, entries);
+    for (int i = 0; i < entries; i++)
+        radius_ratios(&s, &entry[i], (uint32_t)i, ratio[i], wrong);
+
+    for (int w = 0; w < RADIUS_WAYS; w++) {
+        for (int i = 0; i < entries; i++) sorted[i] = ratio[i][w];
+        qsort(sorted, (size_t)entries, sizeof *sorted, compare_floats);
+        printf("  %-8s %-18s median %5.2f, 90 %% below %6.2f; %4.1f %% wrong\n", name,
+               radius_name[w], (double)sorted[entries / 2], (double)sorted[entries * 9 / 10],
+               100.0 * wrong[w] / (TOLERANCES * entries));
+    }
     free(ratio);
+    free(sorted);
     free(entry);
+}
+
+static void report_radii(int entries) {
+    static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
+    printf("The radius on %d entries of each scene: the estimate over the true radius, and how\n"
+           "often it leads to a profile where the true one leads to a volume:\n",
+           entries);
+    for (int k = 0; k < 5; k++) report_radius(scenes[k], entries);
 }
 
 int main(int argc, char **argv) {
@@ -408,7 +427,8 @@ int main(int argc, char **argv) {
         if (strcmp(argv[i], "--help") == 0) return fputs(usage, stdout) < 0;
         if (strcmp(argv[i], "--quick") == 0) quick = 1;
         else if (strcmp(argv[i], "--fit") == 0) fit = 1;
-        else if (argv[i][0] == '-' || out) fail(2, "unknown word '%s'; --help lists what there is", argv[i]);
+        else if (argv[i][0] == '-' || out)
+            fail(2, "unknown word '%s'; --help lists what there is", argv[i]);
         else out = argv[i];
     }
     if (!out) fail(2, "wants OUT; --help says what it is");
@@ -427,7 +447,7 @@ int main(int argc, char **argv) {
         report_fit(fitted, 2 * count);
         free(fitted);
     }
-    report_lambert(quick ? 100 : 1000);
-    report_radius(quick ? 100 : 400);
+    report_lambert(quick ? 60 : 600);
+    report_radii(quick ? 100 : 400);
     return 0;
 }

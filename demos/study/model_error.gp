@@ -17,32 +17,36 @@ stats data using (needless($3, $4)) nooutput name "NEEDLESS"
 
 set terminal pngcairo size 830 * w, 620 * w font sprintf("DejaVu Sans,%g", 10.5 * w)
 set output out.".png"
-set title sprintf("At a tolerance of 10 %%, the plan takes a profile that is further off in %.1f %% of %d cases,\nand walks where the profile would do in %.1f %%", \
-    100 * MISSED_mean, MISSED_records, 100 * NEEDLESS_mean)
+text = "At a tolerance of 10 %%, the plan takes a profile that is further off"
+text = text." in %.1f %% of %d cases,\nand walks where the profile would do in %.1f %%"
+set title sprintf(text, 100 * MISSED_mean, MISSED_records, 100 * NEEDLESS_mean)
 set tics nomirror out
 set border 3 lc rgb "#606060"
 set logscale xy
 set xrange [low:1.1]; set yrange [low:12]
 set format xy "%g %%"
-set xtics ("0.5 %%" 0.005, "1 %%" 0.01, "2 %%" 0.02, "5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
-set ytics ("≤ 0.4 %%" low, "1 %%" 0.01, "2 %%" 0.02, "5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1, \
-    "200 %%" 2, "500 %%" 5, "1000 %%" 10)
+set xtics ("≤ 0.4 %%" low)
+set ytics ("≤ 0.4 %%" low)
+do for [p in "1 2 5 10 20 50 100"] { set xtics add (p." %%" p / 100.0) }
+do for [p in "1 2 5 10 20 50 100 200 500 1000"] { set ytics add (p." %%" p / 100.0) }
 set xlabel "error of a flat profile that the plan expects"
-set ylabel "its error against the random walk"
-set lmargin 11; set rmargin 24; set bmargin 4; set tmargin 4
+set ylabel "its error against the random walk" offset 0.5
+set lmargin 12; set rmargin 24; set bmargin 4; set tmargin 4
 set key at graph 1.03, 0.98 left top Left reverse samplen 0.5 spacing 1.3
-set pointsize 0.55 * w
+set pointsize 0.65 * w
 
-set object 1 rectangle from low, tolerance to tolerance, 12 fc rgb red fs solid 0.10 noborder behind
-set object 2 rectangle from tolerance, low to 1.1, tolerance fc rgb grey fs solid 0.15 noborder behind
+set style rectangle back
+set object 1 rectangle from low, tolerance to tolerance, 12 fc rgb red fs solid 0.10 noborder
+set object 2 rectangle from tolerance, low to 1.1, tolerance fc rgb grey fs solid 0.15 noborder
 set label 1 "profile chosen, and too far off" at low * 1.15, 9 left tc rgb red
-set label 2 "walked, though the profile\nwould do" at tolerance * 1.1, low * 2 left tc rgb "#606060"
-set label 3 "profile chosen" at low * 1.15, low * 1.3 left tc rgb "#606060"
+set label 2 "walked, though the\nprofile would do" at 1.05, low * 1.6 right tc rgb "#606060"
+set label 3 "profile chosen" at low * 1.15, 0.08 left tc rgb "#606060"
 set label 4 "walked" at tolerance * 1.1, 9 left tc rgb "#606060"
 
 # Shape by point, light by colour: 0 everywhere, 1 in front, 2 behind.
 tint(l) = l == 0 ? 0x8c8c8c : l == 1 ? 0x2f6fb3 : 0xe07b00
-shape(i, point, name) = sprintf("data index %d using (shown($3)):(shown($4)):(tint($2)) with points pt %d lc rgb variable notitle, ", i, point) \
+shape(i, point, name) = sprintf("data index %d using (shown($3)):(shown($4)):(tint($2)) ", i) \
+    .sprintf("with points pt %d lc rgb variable notitle, ", point) \
     .sprintf("NaN with points pt %d lc rgb black title '%s', ", point, name)
 key(colour, name) = sprintf("NaN with points pt 5 lc rgb '%s' title '%s', ", colour, name)
 parts = shape(0, 7, "ball").shape(1, 5, "slab").shape(2, 9, "cylinder").shape(3, 13, "spheroid") \
