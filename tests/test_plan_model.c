@@ -4,8 +4,8 @@
    walked, and that is right from both sides. Where nothing is known of the body it is walked.
 
    The error is measured by demos/study/model_bodies.h, which shares nothing with the header: what
-   it is relative to is said there. The volume's own error is 0 here; that the header's walk agrees
-   with it is the leaf's test, and test_walk.c's.
+   it is relative to is said there. The volume's own error counts as 0; that the header's walk
+   agrees with it is the leaf's test.
 
    The cases are fixed. Errors are measured until they are 3 standard errors away from the
    tolerance, or by 2^17 walks; a case that is still on the border counts by its likelihood. Over
