@@ -353,11 +353,12 @@ typedef struct sssi_hits {
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
     int on, found;      /* a segment has been given; a hit of it is held */
+    int goes_on;        /* that hit is the start of the walk */
     uint32_t key;       /* of its random numbers */
     sss_vec3 position;  /* where the segment starts, about the entry */
     sss_vec3 direction; /* at unit length */
     float length;       /* of the segment */
-    float skip;         /* where its trace begins: after 0 for the first segment of a walk */
+    float skip, skin;   /* where its trace begins; how far that is for the first segment at least */
     float extinction;   /* of the channel that draws the distances */
     int scatterings;    /* n of [9] */
     float path;         /* L of [9], up to where the segment starts */
@@ -1425,10 +1426,10 @@ SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     sssi_walk *w = &s->walk;
     int c;
 
-    w->on = w->found = w->scatterings = 0;
+    w->on = w->found = w->goes_on = w->scatterings = 0;
     w->key = 0u;
     w->position = w->direction = s->axis[SSSI_NORMAL];
-    w->length = w->skip = w->extinction = w->path = w->roulette = w->distance = 0.0f;
+    w->length = w->skip = w->skin = w->extinction = w->path = w->roulette = w->distance = 0.0f;
     w->hit.light = 0.0f;
     w->brightest = -SSSI_FLT_MAX;
     for (c = 0; c < 3; ++c) {
@@ -2074,6 +2075,7 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 #define SSSI_ULPS      9.5367432e-7f
 #define SSSI_SKIN      1.2207031e-4f
 #define SSSI_SKIN_MOST 0.25f
+#define SSSI_START     64.0f /* skins within which a walk may see its own start */
 
 /* A number in (0, 1) of this walk: 4 for each scattering. */
 SSSI_FN float sssi_walk_number(const sss_resampler *s, uint32_t which) {
@@ -2120,6 +2122,7 @@ SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float weight[
 SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
     s->walk.on = 1;
     s->walk.found = 0;
+    s->walk.skip = 0.0f;
     s->walk.direction = direction;
     s->walk.length = -sssi_log(u) / s->walk.extinction;
 }
@@ -2154,12 +2157,13 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
     ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
     skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
     skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
-    s->walk.skip = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
+    s->walk.skin = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
     s->walk.position = sssi_vec3(0.0f, 0.0f, 0.0f);
     s->walk.key = sss_hash(s->key, 0x20000000u + (uint32_t)s->next);
     s->walk.scatterings = 0;
     s->walk.path = s->walk.roulette = 0.0f;
     sssi_walk_on(s, direction, sssi_number(s, at, SSSI_RADIUS));
+    s->walk.skip = s->walk.skin;
 }
 
 /* No surface on the segment: the walk scatters at its end. Russian roulette brings what its
@@ -2206,18 +2210,27 @@ SSSI_FN void sssi_walk_out(sss_resampler *s) {
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
+/* The segment goes on behind its own start. */
+SSSI_FN void sssi_walk_past(sss_resampler *s) {
+    sssi_walk *w = &s->walk;
+    float done = w->distance / s->optics.unit;
+
+    w->found = w->goes_on = 0;
+    w->skip = done + w->skin;
+}
+
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
 static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     sssi_walk *w = &s->walk;
     sss_vec3 start;
 
-    if (w->found) sssi_walk_out(s);
+    if (w->found && w->goes_on) sssi_walk_past(s);
+    else if (w->found) sssi_walk_out(s);
     else if (w->on) sssi_walk_scatter(s);
 
     /* Until there is a segment that needs a trace. */
     while (!w->on || w->length <= w->skip) {
         if (w->on) {
-            w->skip = 0.0f;
             sssi_walk_scatter(s);
         } else {
             if (s->next >= s->candidates) return 0;
@@ -2228,19 +2241,21 @@ static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     probe->origin = sssi_add(s->position, sssi_mul(start, s->optics.unit));
     probe->direction = w->direction;
     probe->length = (w->length - w->skip) * s->optics.unit;
-    w->skip = 0.0f;
     return 1;
 }
 
-/* Keeps the nearest hit of the segment. A hit without light ends the walk too. */
+/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a few
+   roundings outside sees its own surface once more, from outside: there the segment goes on. */
 static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec3 normal,
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
     float distance = sssi_dot(sssi_sub(position, start), w->direction);
+    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
+    w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
     w->distance = sssi_max(distance, 0.0f);
     w->hit.position = position;
     w->hit.normal = normal;
