@@ -1,0 +1,694 @@
+// figures.c - what the live figures of the page ask of sss_resample.h: compiled to WebAssembly for the page, and with a
+// main of its own (-DNATIVE) to the program that the test of the page compares with. SPDX-License-Identifier: MIT
+//
+// No libc and no libm: sqrt is an instruction, and exp, log, sine and cosine are the header's own. So the page computes
+// the same bits as the native program. Each figure has its section; they share the random numbers and the media.
+#ifdef NATIVE
+#include <stdio.h>
+#include <stdlib.h>
+#define EXPORT(name)
+#else
+#define EXPORT(name) __attribute__((export_name(#name)))
+#endif
+
+#include "sss_resample.h"
+
+enum { FIGURES = 9 };
+
+static sss_medium medium[FIGURES]; // by the number of the figure
+
+// ---- Shared: random numbers, vectors, media
+
+static uint32_t random_seed, random_count;
+
+static void random_begin(uint32_t seed) {
+    random_seed = seed;
+    random_count = 0;
+}
+
+// Uniform in (0, 1).
+static float rnd(void) {
+    uint32_t bits = sss_hash(random_seed, random_count++);
+    return ((float)(bits >> 9) + 0.5f) * 1.1920929e-7f;
+}
+
+static float square_root(float x) { return __builtin_sqrtf(x); }
+static float positive(float x) { return x > 0.0f ? x : 0.0f; }
+
+static sss_vec3 vec(float x, float y, float z) {
+    sss_vec3 v = {x, y, z};
+    return v;
+}
+static sss_vec3 along(sss_vec3 o, sss_vec3 d, float t) { return vec(o.x + t * d.x, o.y + t * d.y, o.z + t * d.z); }
+static float dot(sss_vec3 a, sss_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static float distance(sss_vec3 a, sss_vec3 b) {
+    sss_vec3 v = along(b, a, -1.0f);
+    return square_root(dot(v, v));
+}
+
+static sss_vec3 on_sphere(void) {
+    float z = 1.0f - 2.0f * rnd(), rim = square_root(positive(1.0f - z * z)), s, c;
+    sssi_sincos_turn(rnd(), &s, &c);
+    return vec(rim * c, rim * s, z);
+}
+
+// Returns 0, or the number of the error.
+EXPORT(set_burley)
+int set_burley(int figure, float red, float green, float blue, float dmfp_red, float dmfp_green, float dmfp_blue) {
+    float albedo[3] = {red, green, blue}, dmfp[3] = {dmfp_red, dmfp_green, dmfp_blue};
+    return (int)sss_burley(&medium[figure], albedo, dmfp);
+}
+
+EXPORT(set_burley_mfp)
+int set_burley_mfp(int figure, float red, float green, float blue, float mfp) {
+    float albedo[3] = {red, green, blue}, path[3] = {mfp, mfp, mfp};
+    return (int)sss_burley_mfp(&medium[figure], albedo, path);
+}
+
+EXPORT(profile)
+float profile(int figure, int channel, float r) { return sss_profile(&medium[figure], channel, r); }
+
+EXPORT(within)
+float within(int figure, int channel, float r) { return sss_within(&medium[figure], channel, r); }
+
+// Probes and hits that a figure draws: x and z of both ends; x, z, distance from the entry, weight, number of the probe.
+enum { DRAWN = 256 };
+static float probe_ends[DRAWN][6];
+static float hit_list[DRAWN][6];
+static int probes_drawn, hits_drawn;
+
+EXPORT(probe_data)
+float *probe_data(void) { return &probe_ends[0][0]; }
+EXPORT(probe_count)
+int probe_count(void) { return probes_drawn; }
+EXPORT(hit_data)
+float *hit_data(void) { return &hit_list[0][0]; }
+EXPORT(hit_count)
+int hit_count(void) { return hits_drawn; }
+
+static void draw_probe(const sss_probe *p) {
+    if (probes_drawn == DRAWN) return;
+    sss_vec3 end = along(p->origin, p->direction, p->length);
+    float *to = probe_ends[probes_drawn++];
+    to[0] = p->origin.x;
+    to[1] = p->origin.y;
+    to[2] = p->origin.z;
+    to[3] = end.x;
+    to[4] = end.y;
+    to[5] = end.z;
+}
+static void draw_hit(sss_vec3 y, float r, float weight) {
+    if (hits_drawn == DRAWN) return;
+    float *to = hit_list[hits_drawn++];
+    to[0] = y.x;
+    to[1] = y.y;
+    to[2] = y.z;
+    to[3] = r;
+    to[4] = weight;
+    to[5] = (float)(probes_drawn - 1);
+}
+
+// What the samples of an estimator add up to.
+typedef struct tally {
+    double count, sum, squares;
+    float largest;
+} tally;
+
+static void count_sample(tally *t, double value) {
+    t->count += 1;
+    t->sum += value;
+    t->squares += value * value;
+}
+static double tally_mean(const tally *t) { return t->count > 0 ? t->sum / t->count : 0; }
+static double tally_variance(const tally *t) { // relative: over the square of the mean
+    double mean = tally_mean(t);
+    return mean > 0 ? t->squares / t->count / (mean * mean) - 1 : 0;
+}
+
+// ---- Figure 1: a walk through a half space, depth downwards
+
+enum { PATH_MAX = 600, WALK_BINS = 48 };
+static float path[PATH_MAX][2];
+static double walk_bin[2][WALK_BINS]; // exits to the left and to the right of the laser, by their distance
+static float walk_survival, walk_mfp, walk_width;
+static double walks, walks_back;
+
+// The albedo of one scattering for which a half space has this diffuse albedo: the exact value's fit, inverted.
+static float scattering_albedo(float diffuse) {
+    float low = 0.0f, high = 1.0f;
+    for (int i = 0; i < 40; i++) {
+        float s = 0.5f * (low + high);
+        float a = (1.0f - s) * (1.0f + s * (0.38313089f - 0.00319767f * s)) /
+                  (1.0f + s * (1.69256344f + 0.6802289f * s));
+        if (a > diffuse) low = s;
+        else high = s;
+    }
+    return 1.0f - low * low;
+}
+
+EXPORT(walk_begin)
+void walk_begin(float albedo, float mfp, float bin_width, uint32_t seed) {
+    walk_survival = scattering_albedo(albedo);
+    walk_mfp = mfp;
+    walk_width = bin_width;
+    walks = walks_back = 0;
+    for (int i = 0; i < WALK_BINS; i++) walk_bin[0][i] = walk_bin[1][i] = 0;
+    random_begin(seed);
+    set_burley_mfp(1, albedo, albedo, albedo, mfp);
+}
+
+// One walk. Returns how many points of it are in `path`; the last one has depth 0 if the light came back.
+EXPORT(walk_one)
+int walk_one(void) {
+    sss_vec3 x = vec(0.0f, 0.0f, 0.0f), d = on_sphere();
+    int points = 1;
+
+    d.z += 1.0f; // cosine-distributed about the axis that points down
+    d = along(vec(0.0f, 0.0f, 0.0f), d, 1.0f / (square_root(dot(d, d)) + 1e-9f));
+    path[0][0] = path[0][1] = 0.0f;
+    walks += 1;
+    for (;;) {
+        float step = -walk_mfp * sssi_log(rnd());
+        int out = x.z + step * d.z < 0.0f;
+        if (out) step = -x.z / d.z;
+        x = along(x, d, step);
+        if (points < PATH_MAX || out) {
+            float *to = path[points < PATH_MAX ? points++ : PATH_MAX - 1];
+            to[0] = x.x;
+            to[1] = out ? 0.0f : x.z;
+        }
+        if (out) break;
+        if (rnd() > walk_survival) return points;
+        d = on_sphere();
+    }
+
+    walks_back += 1;
+    int bin = (int)(square_root(x.x * x.x + x.y * x.y) / walk_width);
+    if (bin < WALK_BINS) walk_bin[x.x > 0.0f][bin] += 1;
+    return points;
+}
+
+EXPORT(walk_many)
+void walk_many(int count) {
+    while (count-- > 0) walk_one();
+}
+EXPORT(walk_path)
+float *walk_path(void) { return &path[0][0]; }
+EXPORT(walk_bins)
+double *walk_bins(void) { return &walk_bin[0][0]; }
+EXPORT(walk_count)
+double walk_count(void) { return walks; }
+EXPORT(walk_returned)
+double walk_returned(void) { return walks_back; }
+
+// ---- Figure 2: a ball of radius 1 in the sun, without noise
+
+// On a ball the area within the distance r is pi r^2, and the light that arrives there is a mean over a ring. So the
+// exitance is a sum over rings, and depends on the angle to the sun alone: a table over its cosine.
+enum { COSINES = 256, RINGS = 128, TURNS = 64, BALL_MAX = 720, TONES = 4096 };
+static float ring_light[COSINES][RINGS]; // the mean over the ring of max(0, cosine)
+static float ball_exitance[3][COSINES];
+static unsigned char ball_pixel[BALL_MAX * BALL_MAX * 4];
+static unsigned char tone[TONES];
+
+static float ring_radius(int i) {
+    float x = (float)i / RINGS;
+    return 2.0f * x * x;
+}
+
+static unsigned char to_byte(float linear) {
+    float x = linear > 1.0f ? 1.0f : linear;
+    x = x < 0.0031308f ? 12.92f * x : 1.055f * sssi_exp(sssi_log(x) / 2.4f) - 0.055f;
+    return (unsigned char)(255.0f * x + 0.5f);
+}
+
+static float ring_mean(float cosine, float r) {
+    float turn_cosine = 1.0f - 0.5f * r * r, turn_sine = square_root(positive(1.0f - turn_cosine * turn_cosine));
+    float sine = square_root(positive(1.0f - cosine * cosine)), sum = 0.0f;
+    for (int i = 0; i < TURNS; i++) {
+        float s, c;
+        sssi_sincos_turn(((float)i + 0.5f) / (2 * TURNS), &s, &c);
+        sum += positive(turn_cosine * cosine + turn_sine * sine * c);
+    }
+    return sum / TURNS;
+}
+
+EXPORT(ball_begin)
+void ball_begin(void) {
+    for (int i = 0; i < TONES; i++) tone[i] = to_byte((float)i / (TONES - 1));
+    for (int i = 0; i < COSINES; i++)
+        for (int k = 0; k < RINGS; k++)
+            ring_light[i][k] = ring_mean(2.0f * (float)i / (COSINES - 1) - 1.0f,
+                                         0.5f * (ring_radius(k) + ring_radius(k + 1)));
+}
+
+// The table anew, for the medium of figure 2. A channel of length 0 is Lambert.
+EXPORT(ball_set)
+void ball_set(void) {
+    for (int c = 0; c < 3; c++) {
+        float share[RINGS];
+        int lambert = !(profile(2, c, 1.0f) > 0.0f) && within(2, c, 1e-6f) > 0.0f;
+        for (int k = 0; k < RINGS; k++) share[k] = within(2, c, ring_radius(k + 1)) - within(2, c, ring_radius(k));
+        for (int i = 0; i < COSINES; i++) {
+            float sum = 0.0f;
+            for (int k = 0; k < RINGS; k++) sum += share[k] * ring_light[i][k];
+            if (lambert) sum = within(2, c, 1.0f) * positive(2.0f * (float)i / (COSINES - 1) - 1.0f);
+            ball_exitance[c][i] = sum;
+        }
+    }
+}
+
+EXPORT(ball_light)
+float ball_light(int channel, float cosine) {
+    float x = (0.5f + 0.5f * cosine) * (COSINES - 1), last = COSINES - 1.0001f;
+    int i = (int)(x = x > last ? last : positive(x));
+    float rest = x - (float)i;
+    return ball_exitance[channel][i] * (1.0f - rest) + ball_exitance[channel][i + 1] * rest;
+}
+
+// A square picture, side pixels wide, of the ball with this radius in pixels; the sun's direction is of unit length,
+// x to the right, y up, z towards the eye. Returns red, green, blue and coverage.
+EXPORT(ball_render)
+unsigned char *ball_render(int side, float radius, float sun_x, float sun_y, float sun_z, float sky) {
+    float half = 0.5f * (float)side;
+    unsigned char *out = ball_pixel;
+    for (int j = 0; j < side; j++) {
+        for (int i = 0; i < side; i++, out += 4) {
+            float x = ((float)i + 0.5f - half) / radius, y = (half - (float)j - 0.5f) / radius, rho2 = x * x + y * y;
+            float edge = (1.0f - square_root(rho2)) * radius + 0.5f;
+            out[3] = (unsigned char)(255.0f * (edge > 1.0f ? 1.0f : positive(edge)));
+            if (!(edge > 0.0f)) continue;
+            float z = square_root(positive(1.0f - rho2)), cosine = x * sun_x + y * sun_y + z * sun_z;
+            for (int c = 0; c < 3; c++) {
+                float light = 1.25f * (ball_light(c, cosine) + sky * within(2, c, 2.0f));
+                out[c] = tone[(int)((light > 1.0f ? 1.0f : light) * (TONES - 1))];
+            }
+        }
+    }
+    return ball_pixel;
+}
+
+// ---- Figure 3: a disk probe and a plane through the entry, tilted by an angle against the disk
+
+static sss_vec3 tilt_normal;
+static tally tilt_with, tilt_without;
+static uint32_t tilt_seed;
+
+EXPORT(tilt_begin)
+void tilt_begin(float sine, float cosine, uint32_t seed) {
+    tally none = {0, 0, 0, 0.0f};
+    set_burley(3, 1.0f, 0.0f, 0.0f, 12.0f, 12.0f, 12.0f);
+    tilt_normal = vec(sine, 0.0f, cosine);
+    tilt_with = tilt_without = none;
+    tilt_seed = seed;
+}
+
+static void tilt_lookup(sss_resampler *s, uint32_t seed) {
+    sss_plan plan = {0};
+    plan.techniques = SSS_DISK;
+    sss_begin(s, &medium[3], &plan, vec(0.0f, 0.0f, 0.0f), vec(0.0f, 0.0f, 1.0f), seed);
+}
+
+// Lookups of eight probes each, weighed with the cosine and without it.
+EXPORT(tilt_run)
+void tilt_run(int count) {
+    while (count-- > 0) {
+        sss_resampler s;
+        sss_probe p;
+        double with = 0, without = 0, cosine = (double)tilt_normal.z;
+        tilt_lookup(&s, tilt_seed++);
+        while (sss_next_probe(&s, &p)) {
+            float t = -dot(p.origin, tilt_normal) / dot(p.direction, tilt_normal);
+            sss_vec3 y = along(p.origin, p.direction, t);
+            if (!(t >= 0.0f && t <= p.length)) continue;
+            float r = square_root(dot(y, y));
+            double weight = (double)(sss_profile(&medium[3], 0, r) / sss_intensity(&s, y, tilt_normal)) / 8;
+            with += weight;
+            without += weight * cosine;
+        }
+        count_sample(&tilt_with, with);
+        count_sample(&tilt_without, without);
+    }
+}
+EXPORT(tilt_energy)
+double tilt_energy(int cosine) { return tally_mean(cosine ? &tilt_with : &tilt_without); }
+EXPORT(tilt_count)
+double tilt_count(void) { return tilt_with.count; }
+
+// The weight of a hit at the distance r_a from the axis, in the plane of the drawing.
+EXPORT(tilt_weight)
+float tilt_weight(float r_a) {
+    sss_resampler s;
+    sss_vec3 y = vec(r_a, 0.0f, -r_a * tilt_normal.x / tilt_normal.z);
+    tilt_lookup(&s, 1);
+    return sss_profile(&medium[3], 0, square_root(dot(y, y))) / sss_intensity(&s, y, tilt_normal);
+}
+
+// ---- Figure 4: a crease. Two walls rise from the edge, the y axis; the object is below them.
+
+static sss_medium crease_probed; // the colours that probes are drawn for
+static sss_vec3 crease_wall[2], crease_normal[2], crease_entry;
+static unsigned crease_techniques;
+static uint32_t crease_seed;
+static tally crease_tally;
+
+// half: sine and cosine of half the angle between the walls. The entry is on the left wall.
+EXPORT(crease_begin)
+void crease_begin(int techniques, int colours, float half_sine, float half_cosine, float from_edge, uint32_t seed) {
+    static const float dmfp[3] = {1.0f, 0.35f, 0.12f};
+    float albedo[3];
+    tally none = {0, 0, 0, 0.0f};
+
+    for (int c = 0; c < 3; c++) albedo[c] = (colours >> c & 1) ? 0.8f : 0.0f;
+    sss_burley(&crease_probed, albedo, dmfp);
+    set_burley(4, 0.8f, 0.8f, 0.8f, dmfp[0], dmfp[1], dmfp[2]);
+
+    crease_wall[0] = vec(-half_sine, 0.0f, half_cosine);
+    crease_wall[1] = vec(half_sine, 0.0f, half_cosine);
+    crease_normal[0] = vec(half_cosine, 0.0f, half_sine);
+    crease_normal[1] = vec(-half_cosine, 0.0f, half_sine);
+    crease_entry = along(vec(0.0f, 0.0f, 0.0f), crease_wall[0], from_edge);
+
+    crease_techniques = (unsigned)techniques;
+    crease_seed = seed;
+    crease_tally = none;
+}
+
+// Lookups of one probe each. A hit weighs, for each colour, its unit profile over the intensity; the estimate is the
+// mean over the three colours, and the largest weight is that of the colour that has it. The last probes are drawn.
+EXPORT(crease_run)
+void crease_run(int count) {
+    sss_plan plan = {0};
+    plan.candidates = 1;
+    plan.techniques = crease_techniques;
+    probes_drawn = hits_drawn = 0;
+    while (count-- > 0) {
+        sss_resampler s;
+        sss_probe p;
+        double sum = 0;
+        sss_begin(&s, &crease_probed, &plan, crease_entry, crease_normal[0], crease_seed++);
+        while (sss_next_probe(&s, &p)) {
+            draw_probe(&p);
+            for (int i = 0; i < 2; i++) {
+                float t = -dot(p.origin, crease_normal[i]) / dot(p.direction, crease_normal[i]), largest = 0.0f;
+                sss_vec3 y = along(p.origin, p.direction, t);
+                if (!(t >= 0.0f && t <= p.length && dot(y, crease_wall[i]) > 0.0f)) continue;
+                float r = distance(y, crease_entry), mu = sss_intensity(&s, y, crease_normal[i]);
+                for (int c = 0; c < 3; c++) {
+                    float weight = sss_profile(&medium[4], c, r) / 0.8f / mu;
+                    largest = weight > largest ? weight : largest;
+                    sum += (double)weight / 3;
+                }
+                draw_hit(y, r, largest);
+                if (largest > crease_tally.largest) crease_tally.largest = largest;
+            }
+        }
+        count_sample(&crease_tally, sum);
+    }
+}
+EXPORT(crease_mean)
+double crease_mean(void) { return tally_mean(&crease_tally); }
+EXPORT(crease_variance)
+double crease_variance(void) { return tally_variance(&crease_tally); }
+EXPORT(crease_largest)
+double crease_largest(void) { return (double)crease_tally.largest; }
+EXPORT(crease_count)
+double crease_count(void) { return crease_tally.count; }
+
+// ---- Figure 5: chords
+
+static double patch_crossings, patch_lines;
+
+EXPORT(patch_begin)
+void patch_begin(uint32_t seed) {
+    patch_crossings = patch_lines = 0;
+    random_begin(seed);
+}
+
+// Chords of the unit sphere (or, for comparison, parallel lines through it), and how many of them cross a round patch
+// with this centre, normal and radius; the patch stands upright on the plane of the drawing, y = 0. The weight of what
+// is drawn is 1 for those that cross.
+EXPORT(patch_run)
+void patch_run(int count, int parallel, float x, float z, float normal_x, float normal_z, float radius) {
+    sss_vec3 centre = vec(x, 0.0f, z), normal = vec(normal_x, 0.0f, normal_z);
+    probes_drawn = hits_drawn = 0;
+    while (count-- > 0) {
+        sss_vec3 a = on_sphere(), b = on_sphere();
+        if (parallel) { // uniform over the disk, along z
+            float r = square_root(rnd()), s, c;
+            sssi_sincos_turn(rnd(), &s, &c);
+            a = vec(r * c, r * s, -square_root(1.0f - r * r));
+            b = vec(a.x, a.y, -a.z);
+        }
+        sss_vec3 way = along(b, a, -1.0f);
+        float t = dot(along(centre, a, -1.0f), normal) / dot(way, normal);
+        sss_probe p = {a, way, 1.0f};
+        sss_vec3 y = along(a, way, t);
+        int crosses = t >= 0.0f && t <= 1.0f && distance(y, centre) < radius;
+        draw_probe(&p);
+        if (crosses) draw_hit(y, 0.0f, 1.0f);
+        patch_crossings += crosses;
+        patch_lines += 1;
+    }
+}
+EXPORT(patch_rate)
+double patch_rate(void) { return patch_lines > 0 ? patch_crossings / patch_lines : 0; }
+EXPORT(patch_count)
+double patch_count(void) { return patch_lines; }
+
+// A spike: an ellipsoid, 1 long and `spike_width` wide, about the z axis. The entry is on its side.
+static float spike_width;
+static sss_vec3 spike_entry, spike_normal;
+static uint32_t spike_seed;
+static tally spike_tally[2];
+
+static sss_vec3 spike_normal_at(sss_vec3 y) {
+    float k = 1.0f / (spike_width * spike_width);
+    sss_vec3 n = vec(y.x * k, y.y * k, y.z);
+    return along(vec(0.0f, 0.0f, 0.0f), n, 1.0f / square_root(dot(n, n)));
+}
+
+EXPORT(spike_begin)
+void spike_begin(float width, float height, uint32_t seed) {
+    tally none = {0, 0, 0, 0.0f};
+    set_burley(5, 1.0f, 0.0f, 0.0f, 1.0f, 1.0f, 1.0f);
+    spike_width = width;
+    spike_entry = vec(width * square_root(1.0f - height * height), 0.0f, height);
+    spike_normal = spike_normal_at(spike_entry);
+    spike_seed = seed;
+    spike_tally[0] = spike_tally[1] = none;
+}
+
+// Lookups of one probe each: disks (0) or chords (1).
+EXPORT(spike_run)
+void spike_run(int count, int chords) {
+    sss_plan plan = {0};
+    plan.candidates = 1;
+    plan.techniques = chords ? SSS_CHORD : SSS_DISK;
+    probes_drawn = hits_drawn = 0;
+    while (count-- > 0) {
+        sss_resampler s;
+        sss_probe p;
+        double sum = 0;
+        sss_begin(&s, &medium[5], &plan, spike_entry, spike_normal, spike_seed++);
+        while (sss_next_probe(&s, &p)) {
+            float k = 1.0f / spike_width;
+            sss_vec3 o = vec(p.origin.x * k, p.origin.y * k, p.origin.z);
+            sss_vec3 d = vec(p.direction.x * k, p.direction.y * k, p.direction.z);
+            float a = dot(d, d), b = dot(o, d), rest = b * b - a * (dot(o, o) - 1.0f);
+            draw_probe(&p);
+            for (int side = -1; side <= 1 && rest > 0.0f; side += 2) {
+                float t = (-b + (float)side * square_root(rest)) / a;
+                if (!(t >= 0.0f && t <= p.length)) continue;
+                sss_vec3 y = along(p.origin, p.direction, t);
+                float r = distance(y, spike_entry);
+                float weight = sss_profile(&medium[5], 0, r) / sss_intensity(&s, y, spike_normal_at(y));
+                draw_hit(y, r, weight);
+                sum += (double)weight;
+                if (weight > spike_tally[chords].largest) spike_tally[chords].largest = weight;
+            }
+        }
+        count_sample(&spike_tally[chords], sum);
+    }
+}
+EXPORT(spike_mean)
+double spike_mean(int chords) { return tally_mean(&spike_tally[chords]); }
+EXPORT(spike_variance)
+double spike_variance(int chords) { return tally_variance(&spike_tally[chords]); }
+EXPORT(spike_largest)
+double spike_largest(int chords) { return (double)spike_tally[chords].largest; }
+EXPORT(spike_count)
+double spike_count(int chords) { return spike_tally[chords].count; }
+
+// ---- Figure 6: resampling on a ball of radius 1, the entry on top
+
+enum { PICK_BINS = 40 };
+static double pick_bin[PICK_BINS]; // picks by their distance from the entry, 0..2
+static double picks;
+static uint32_t pick_seed;
+static const sss_vec3 top = {0.0f, 0.0f, 1.0f};
+
+EXPORT(pick_begin)
+void pick_begin(float dmfp, uint32_t seed) {
+    set_burley(6, 0.6f, 0.0f, 0.0f, dmfp, dmfp, dmfp);
+    for (int i = 0; i < PICK_BINS; i++) pick_bin[i] = 0;
+    picks = 0;
+    pick_seed = seed;
+}
+
+// One lookup of m disk probes. What it would draw is kept when asked for. 1 and the pick, or 0.
+static int pick_lookup(int m, int draw, sss_exit *exit) {
+    sss_resampler s;
+    sss_probe p;
+    sss_plan plan = {0};
+    plan.candidates = m;
+    plan.techniques = SSS_DISK;
+    sss_begin(&s, &medium[6], &plan, top, top, pick_seed++);
+    while (sss_next_probe(&s, &p)) {
+        float b = dot(p.origin, p.direction), rest = b * b - dot(p.origin, p.origin) + 1.0f;
+        if (draw) draw_probe(&p);
+        for (int side = -1; side <= 1 && rest > 0.0f; side += 2) {
+            float t = -b + (float)side * square_root(rest);
+            sss_vec3 y = along(p.origin, p.direction, t);
+            if (!(t >= 0.0f && t <= p.length)) continue;
+            sss_add_hit(&s, y, y, 1.0f);
+            if (!draw) continue;
+            float r = distance(y, top);
+            draw_hit(y, r, sss_profile(&medium[6], 0, r) / 0.6f / sss_intensity(&s, y, y) / (float)m);
+        }
+    }
+    return sss_finish(&s, exit);
+}
+
+static void count_pick(float r) {
+    int bin = (int)(r * 0.5f * PICK_BINS);
+    pick_bin[bin < PICK_BINS ? bin : PICK_BINS - 1] += 1;
+    picks += 1;
+}
+
+// Draws a lookup; returns which of the hits drawn the header picked, or -1.
+EXPORT(pick_one)
+int pick_one(int m) {
+    sss_exit exit[SSS_MAX_EXITS];
+    probes_drawn = hits_drawn = 0;
+    if (!pick_lookup(m, 1, exit)) return -1;
+    count_pick(distance(exit[0].position, top));
+    for (int i = 0; i < hits_drawn; i++)
+        if (distance(exit[0].position, vec(hit_list[i][0], hit_list[i][1], hit_list[i][2])) == 0.0f) return i;
+    return -1;
+}
+EXPORT(pick_many)
+void pick_many(int count, int m) {
+    while (count-- > 0) {
+        sss_exit exit[SSS_MAX_EXITS];
+        if (pick_lookup(m, 0, exit)) count_pick(distance(exit[0].position, top));
+    }
+}
+EXPORT(pick_bins)
+double *pick_bins(void) { return pick_bin; }
+EXPORT(pick_count)
+double pick_count(void) { return picks; }
+
+// ---- Figure 7: a plane in uneven light, and a guess of that light
+
+enum { CELLS = 24 };
+static float hint_light[CELLS][CELLS], hint_guess[CELLS][CELLS];
+static const float hint_reach = 1.5f; // the picture shows -reach..reach; the light goes on beyond as at its border
+static sss_vec3 hint_entry;
+static uint32_t hint_seed;
+static tally hint_tally;
+
+static int hint_cell(float x) {
+    float i = (0.5f + 0.5f * x / hint_reach) * CELLS;
+    return i >= CELLS - 1 ? CELLS - 1 : i > 0.0f ? (int)i : 0;
+}
+
+EXPORT(hint_light_data)
+float *hint_light_data(void) { return &hint_light[0][0]; }
+EXPORT(hint_guess_data)
+float *hint_guess_data(void) { return &hint_guess[0][0]; }
+
+// Light through a window with four panes, on a surface that is dim elsewhere; and no guess yet.
+EXPORT(hint_scene)
+void hint_scene(void) {
+    for (int j = 0; j < CELLS; j++) {
+        for (int i = 0; i < CELLS; i++) {
+            int column = i - 9, row = j - 4;
+            int pane = column >= 0 && column < 9 && row >= 0 && row < 13 && column != 4 && row != 6;
+            hint_light[j][i] = pane ? 4.0f : 0.15f;
+            hint_guess[j][i] = 1.0f;
+        }
+    }
+}
+
+EXPORT(hint_begin)
+void hint_begin(float x, float y, uint32_t seed) {
+    tally none = {0, 0, 0, 0.0f};
+    set_burley(7, 0.8f, 0.0f, 0.0f, 2.0f, 2.0f, 2.0f);
+    hint_entry = vec(x, y, 0.0f);
+    hint_seed = seed;
+    hint_tally = none;
+}
+
+// Lookups by the default plan, each with one exit that is shaded: its weight times the light there.
+EXPORT(hint_run)
+void hint_run(int count) {
+    while (count-- > 0) {
+        sss_resampler s;
+        sss_probe p;
+        sss_exit exit[SSS_MAX_EXITS];
+        double value = 0;
+        sss_vec3 up = vec(0.0f, 0.0f, 1.0f);
+        sss_begin(&s, &medium[7], (const sss_plan *)0, hint_entry, up, hint_seed++);
+        while (sss_next_probe(&s, &p)) {
+            float t = -p.origin.z / p.direction.z;
+            sss_vec3 y = vec(p.origin.x + t * p.direction.x, p.origin.y + t * p.direction.y, 0.0f);
+            if (t >= 0.0f && t <= p.length) sss_add_hit(&s, y, up, hint_guess[hint_cell(y.y)][hint_cell(y.x)]);
+        }
+        if (sss_finish(&s, exit)) {
+            sss_vec3 y = exit[0].position;
+            value = (double)exit[0].weight[0] * (double)hint_light[hint_cell(y.y)][hint_cell(y.x)];
+        }
+        count_sample(&hint_tally, value);
+    }
+}
+EXPORT(hint_mean)
+double hint_mean(void) { return tally_mean(&hint_tally); }
+EXPORT(hint_variance)
+double hint_variance(void) { return tally_variance(&hint_tally); }
+EXPORT(hint_count)
+double hint_count(void) { return hint_tally.count; }
+
+// The integral itself, over rings that hold the same light each.
+EXPORT(hint_truth)
+double hint_truth(void) {
+    enum { ROUNDS = 1500, TURN = 256 };
+    double sum = 0;
+    for (int k = 0; k < ROUNDS; k++) {
+        float inner = 12.0f * (float)k * (float)k / (ROUNDS * ROUNDS);
+        float outer = 12.0f * (float)(k + 1) * (float)(k + 1) / (ROUNDS * ROUNDS), r = 0.5f * (inner + outer);
+        double light = 0;
+        for (int i = 0; i < TURN; i++) {
+            float s, c;
+            sssi_sincos_turn(((float)i + 0.5f) / TURN, &s, &c);
+            light += (double)hint_light[hint_cell(hint_entry.y + r * s)][hint_cell(hint_entry.x + r * c)];
+        }
+        sum += light / TURN * (double)(within(7, 0, outer) - within(7, 0, inner));
+    }
+    return sum;
+}
+
+#ifdef NATIVE
+// Prints the mean of figure 7 in hexadecimal: figures SEED COUNT.
+int main(int argc, char **argv) {
+    if (argc != 3) {
+        fprintf(stderr, "usage: figures SEED COUNT\n");
+        return 2;
+    }
+    hint_scene();
+    hint_begin(-0.35f, 0.2f, (uint32_t)strtoul(argv[1], NULL, 10));
+    hint_run(atoi(argv[2]));
+    printf("%a\n", hint_mean());
+    return 0;
+}
+#endif
