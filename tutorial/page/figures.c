@@ -13,9 +13,9 @@
 
 #include "sss_resample.h"
 
-enum { FIGURES = 9 };
+enum { BALLS_FROM = 10, BALLS = 4, MEDIA = BALLS_FROM + BALLS };
 
-static sss_medium medium[FIGURES]; // by the number of the figure
+static sss_medium medium[MEDIA]; // by the number of the figure; balls have their own
 
 // ---- Shared: random numbers, vectors, media
 
@@ -207,7 +207,8 @@ double walk_returned(void) { return walks_back; }
 // exitance is a sum over rings, and depends on the angle to the sun alone: a table over its cosine.
 enum { COSINES = 256, RINGS = 128, TURNS = 64, BALL_MAX = 720, TONES = 4096 };
 static float ring_light[COSINES][RINGS]; // the mean over the ring of max(0, cosine)
-static float ball_exitance[3][COSINES];
+static float ball_exitance[BALLS][COSINES][3];
+static const float EXPOSURE = 1.25f;
 static unsigned char ball_pixel[BALL_MAX * BALL_MAX * 4];
 static unsigned char tone[TONES];
 
@@ -242,34 +243,35 @@ void ball_begin(void) {
                                          0.5f * (ring_radius(k) + ring_radius(k + 1)));
 }
 
-// The table anew, for the medium of figure 2. A channel of length 0 is Lambert.
+// The table of a ball anew, for the medium BALLS_FROM + ball and the light of a sky. A channel of length 0 is Lambert.
 EXPORT(ball_set)
-void ball_set(void) {
+void ball_set(int ball, float sky) {
+    int from = BALLS_FROM + ball;
     for (int c = 0; c < 3; c++) {
-        float share[RINGS];
-        int lambert = !(profile(2, c, 1.0f) > 0.0f) && within(2, c, 1e-6f) > 0.0f;
-        for (int k = 0; k < RINGS; k++) share[k] = within(2, c, ring_radius(k + 1)) - within(2, c, ring_radius(k));
+        float share[RINGS], from_sky = sky * within(from, c, 2.0f);
+        int lambert = !(profile(from, c, 1.0f) > 0.0f);
+        for (int k = 0; k < RINGS; k++) share[k] = within(from, c, ring_radius(k + 1)) - within(from, c, ring_radius(k));
         for (int i = 0; i < COSINES; i++) {
             float sum = 0.0f;
             for (int k = 0; k < RINGS; k++) sum += share[k] * ring_light[i][k];
-            if (lambert) sum = within(2, c, 1.0f) * positive(2.0f * (float)i / (COSINES - 1) - 1.0f);
-            ball_exitance[c][i] = sum;
+            if (lambert) sum = within(from, c, 1.0f) * positive(2.0f * (float)i / (COSINES - 1) - 1.0f);
+            ball_exitance[ball][i][c] = sum + from_sky;
         }
     }
 }
 
 EXPORT(ball_light)
-float ball_light(int channel, float cosine) {
+float ball_light(int ball, int channel, float cosine) {
     float x = (0.5f + 0.5f * cosine) * (COSINES - 1), last = COSINES - 1.0001f;
     int i = (int)(x = x > last ? last : positive(x));
     float rest = x - (float)i;
-    return ball_exitance[channel][i] * (1.0f - rest) + ball_exitance[channel][i + 1] * rest;
+    return ball_exitance[ball][i][channel] * (1.0f - rest) + ball_exitance[ball][i + 1][channel] * rest;
 }
 
 // A square picture, side pixels wide, of the ball with this radius in pixels; the sun's direction is of unit length,
 // x to the right, y up, z towards the eye. Returns red, green, blue and coverage.
 EXPORT(ball_render)
-unsigned char *ball_render(int side, float radius, float sun_x, float sun_y, float sun_z, float sky) {
+unsigned char *ball_render(int ball, int side, float radius, float sun_x, float sun_y, float sun_z) {
     float half = 0.5f * (float)side;
     unsigned char *out = ball_pixel;
     for (int j = 0; j < side; j++) {
@@ -280,7 +282,7 @@ unsigned char *ball_render(int side, float radius, float sun_x, float sun_y, flo
             if (!(edge > 0.0f)) continue;
             float z = square_root(positive(1.0f - rho2)), cosine = x * sun_x + y * sun_y + z * sun_z;
             for (int c = 0; c < 3; c++) {
-                float light = 1.25f * (ball_light(c, cosine) + sky * within(2, c, 2.0f));
+                float light = EXPOSURE * ball_light(ball, c, cosine);
                 out[c] = tone[(int)((light > 1.0f ? 1.0f : light) * (TONES - 1))];
             }
         }
@@ -543,6 +545,7 @@ static int pick_lookup(int m, int draw, sss_exit *exit) {
     sss_plan plan = {0};
     plan.candidates = m;
     plan.techniques = SSS_DISK;
+    plan.independent = 1;
     sss_begin(&s, &medium[6], &plan, top, top, pick_seed++);
     while (sss_next_probe(&s, &p)) {
         float b = dot(p.origin, p.direction), rest = b * b - dot(p.origin, p.origin) + 1.0f;
@@ -613,7 +616,7 @@ EXPORT(hint_scene)
 void hint_scene(void) {
     for (int j = 0; j < CELLS; j++) {
         for (int i = 0; i < CELLS; i++) {
-            int column = i - 9, row = j - 4;
+            int column = i - 11, row = j - 4;
             int pane = column >= 0 && column < 9 && row >= 0 && row < 13 && column != 4 && row != 6;
             hint_light[j][i] = pane ? 4.0f : 0.15f;
             hint_guess[j][i] = 1.0f;

@@ -1,6 +1,56 @@
-// Figure 2: a ball from Lambert to wax, without noise.
+// Figure 2: a ball from Lambert to wax, without noise. And three of them at the top of the page.
+
+// A direction from a place about a ball's centre, in radii: its rim is 90 degrees from the eye.
+const towards = ([x, y]) => {
+    const far = Math.hypot(x, y), angle = (far < 1 ? 90 * far : 90 + 170 * (far - 1)) * Math.PI / 180;
+    const k = far > 0 ? Math.sin(angle) / far : 0;
+    return [x * k, y * k, Math.cos(angle)];
+};
+const paint_ball = (g, picture, ball, x, y, radius, scale, sun) => {
+    const side = Math.min(Math.round(2.1 * radius * scale), 520), s = 2.1 * radius;
+    const data = bytes(live.C.ball_render(ball, side, side / 2.1, ...sun), 4 * side * side);
+    if (picture.width !== side) picture.width = picture.height = side;
+    picture.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(data), side, side), 0, 0);
+    g.drawImage(picture, x - s / 2, y - s / 2, s, s);
+};
+
+define("hero", (f) => {
+    const C = live.C, picture = document.createElement("canvas"), reach = [0, 0.9, 2.8];
+    let turn = 2.5, held = null;
+    f.head.remove();
+    f.controls.remove();
+    f.list.remove();
+    f.canvas.setAttribute("aria-label", "Three balls in a sun that moves: plaster, and two of wax that light reaches deeper into");
+    f.canvas.setAttribute("role", "img");
+    f.canvas.tabIndex = -1;
+    reach.forEach((d, i) => {
+        C.set_burley(11 + i, 0.86, 0.56, 0.27, d, 0.16 * d, 0.06 * d);
+        C.ball_set(1 + i, 0.03);
+    });
+    f.height = (w) => clamp(0.36 * w, 150, 340);
+    f.canvas.addEventListener("pointermove", (e) => {
+        const r = f.canvas.getBoundingClientRect();
+        held = [(e.clientX - r.left - f.w / 2) / (0.3 * f.w), (f.h / 2 - e.clientY + r.top) / (0.5 * f.h)];
+        f.changed();
+    });
+    f.canvas.addEventListener("pointerleave", () => (held = null));
+    return {
+        work(seconds) {
+            if (still_eyes) return false;
+            if (!held) turn += 0.35 * seconds;
+        },
+        draw(g, w, h) {
+            const sun = held || [Math.cos(turn), 0.35 + 0.25 * Math.sin(0.7 * turn)], step = Math.min(w / 3, 1.25 * h);
+            const way = towards([clamp(1.15 * sun[0], -1.25, 1.25), clamp(sun[1], -0.8, 0.8)]);
+            g.fillStyle = "#17161b";
+            g.fillRect(0, 0, w, h);
+            reach.forEach((d, i) => paint_ball(g, picture, 1 + i, w / 2 + (i - 1) * step, h / 2, Math.min(0.38 * h, 0.42 * step), f.scale, way));
+        },
+        state: () => ({ turn }),
+    };
+});
 define("ball", (f) => {
-    const C = live.C, sky = 0.05, degree = Math.PI / 180;
+    const C = live.C, sky = 0.03, degree = Math.PI / 180;
     const materials = {
         wax: { albedo: [0.86, 0.56, 0.27], reach: [1, 0.16, 0.06] },
         skin: { albedo: [0.78, 0.5, 0.38], reach: [1, 0.13, 0.06] },
@@ -21,15 +71,12 @@ define("ball", (f) => {
     const names = [f.number("red, 20° into the shadow"), f.number("green"), f.number("blue")];
     const set = () => {
         const m = materials[material.value], d = dmfp.value < 0.0201 ? 0 : dmfp.value;
-        C.set_burley(2, ...m.albedo, ...m.reach.map((k) => k * d));
-        C.ball_set();
+        C.set_burley(10, ...m.albedo, ...m.reach.map((k) => k * d));
+        C.ball_set(0, sky);
     };
     set();
 
-    const direction = () => {
-        const far = Math.hypot(...sun), angle = (far < 1 ? 90 * far : 90 + 170 * (far - 1)) * degree, k = far > 0 ? Math.sin(angle) / far : 0;
-        return [sun[0] * k, sun[1] * k, Math.cos(angle)];
-    };
+    const direction = () => towards(sun);
     // Places: the ball's square, and the plot beside or below it.
     const places = () => {
         const wide = f.w >= 640, side = wide ? f.h : f.w;
@@ -37,14 +84,7 @@ define("ball", (f) => {
             : { x: 44, y: side + 34, w: f.w - 60, h: f.h - side - 84 };
         return { side, cx: side / 2, cy: side / 2, radius: 0.35 * side, plot_box };
     };
-    const paint = (g, p) => {
-        const pixels = Math.min(Math.round(2.1 * p.radius * f.scale), 520), radius = pixels / 2.1;
-        const data = bytes(C.ball_render(pixels, radius, ...direction(), sky), 4 * pixels * pixels);
-        picture.width = picture.height = pixels;
-        picture.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(data), pixels, pixels), 0, 0);
-        const s = 2.1 * p.radius;
-        g.drawImage(picture, p.cx - s / 2, p.cy - s / 2, s, s);
-    };
+    const paint = (g, p) => paint_ball(g, picture, 0, p.cx, p.cy, p.radius, f.scale, direction());
 
     f.height = (w) => (w >= 640 ? 0.52 * w : w + 250);
     return {
@@ -66,8 +106,8 @@ define("ball", (f) => {
                 g.rect(0, p.cy, p.side, p.side / 2);
                 g.clip();
                 const m = materials[material.value];
-                C.set_burley(2, ...m.albedo, 0, 0, 0);
-                C.ball_set();
+                C.set_burley(10, ...m.albedo, 0, 0, 0);
+                C.ball_set(0, sky);
                 paint(g, p);
                 set();
                 g.restore();
@@ -89,17 +129,17 @@ define("ball", (f) => {
                 const flat = [], curve = [];
                 for (let a = 0; a <= 180; a += 2) {
                     flat.push(q.at(a, m.albedo[k] * Math.max(0, Math.cos(a * degree))));
-                    curve.push(q.at(a, C.ball_light(k, Math.cos(a * degree))));
+                    curve.push(q.at(a, C.ball_light(0, k, Math.cos(a * degree))));
                 }
                 g.globalAlpha = 0.45;
                 line(g, flat, colour, 1.2);
                 g.globalAlpha = 1;
                 line(g, curve, colour, 2.5, dash);
-                write(g, name, ...q.at(4, C.ball_light(k, 1) + 0.045), colour, "left", 13, 600, c.panel);
+                write(g, name, ...q.at(4, C.ball_light(0, k, 1) + 0.045), colour, "left", 13, 600, c.panel);
             });
             write(g, "thin: Lambert", b.x + b.w, b.y + 24, c.soft, "right", 12);
         },
-        show() { names.forEach((n, k) => n.set(fixed(C.ball_light(k, Math.cos(110 * degree)), 3))); },
+        show() { names.forEach((n, k) => n.set(fixed(C.ball_light(0, k, Math.cos(110 * degree)), 3))); },
         grabs(x, y) {
             const p = places();
             return x < p.side && y < p.side && Math.hypot(x - p.cx - sun[0] * p.radius, y - p.cy + sun[1] * p.radius) < 60 ||

@@ -20,7 +20,7 @@ define("chord", (f) => {
         seen = [0, 0];
         cloud.width = cloud.width;
         C.spike_begin(width.value, entry, seed);
-        const label = is_patch() ? ["chords cross, over expected", "parallel lines, over expected", "", ""]
+        const label = is_patch() ? ["chords: crossings over expected", "parallel lines: over facing", "", ""]
             : ["chords: largest weight", "disks: largest weight", "chords: mean", "disks: mean"];
         Object.values(numbers).forEach((n, i) => {
             n.box.firstChild.textContent = label[i];
@@ -95,7 +95,7 @@ define("chord", (f) => {
         g.fillStyle = colour;
         g.fillRect(x0, y0 - 7, bar * clamp(rate[way], 0, 1.15) / 1.15, 14);
         line(g, [[x0 + bar / 1.15, y0 - 12], [x0 + bar / 1.15, y0 + 12]], c.ink, 1.5);
-        write(g, "crossings: " + fixed(rate[way], 2) + (way ? " of facing" : " of expected"), p.x, y0 + 22, c.ink, "center", 13, 600);
+        write(g, fixed(rate[way], 2) + (p.r < 120 ? " ×" : way ? " × what they cross when it faces them" : " × expected"), p.x, y0 + 22, c.ink, "center", 13, 600);
     };
     const draw_spike = (g, c, p, way) => {
         const at = (x, z) => [p.x + x * p.r, p.y - z * p.r], colour = way ? c.orange : c.blue;

@@ -21,6 +21,7 @@ define("hint", (f) => {
     const exact = C.hint_truth();
     C.hint_run(plain_samples);
     const plain_variance = C.hint_variance();
+    const ticks = [...Array(40).keys()].map((i) => i / 10).filter((v) => v > exact * 0.6 && v < exact * 1.4);
     const restart = () => {
         C.hint_begin(...entry, seed);
         trace = [];
@@ -54,7 +55,7 @@ define("hint", (f) => {
     // Brightness as a colour: the same scale for the light and its guess; zero is a cross.
     const shade = (v) => {
         const t = Math.pow(clamp(v / 4, 0, 1), 0.45);
-        return `rgb(${Math.round(34 + 221 * t)}, ${Math.round(26 + 196 * t)}, ${Math.round(22 + 118 * t * t)})`;
+        return `rgb(${Math.round(40 + 215 * t)}, ${Math.round(27 + 198 * t ** 1.4)}, ${Math.round(24 + 130 * t ** 2.4)})`;
     };
     const draw_map = (g, c, p, data, title) => {
         const s = p.side / cells, k = map.getContext("2d");
@@ -86,7 +87,7 @@ define("hint", (f) => {
         draw(g, w, h) {
             const c = f.c, p = places();
             draw_map(g, c, p.left, light(), "the light");
-            draw_map(g, c, p.right, guess(), "your guess: paint here");
+            draw_map(g, c, p.right, guess(), p.right.side < 200 ? "paint your guess" : "your guess: paint here");
             if (document.activeElement === f.canvas) {
                 const s = p.right.side / cells;
                 g.strokeStyle = c.accent;
@@ -95,7 +96,7 @@ define("hint", (f) => {
             }
             // The mean as the samples come, with two standard errors.
             const q = plot(g, c, p.box, { from: 200, to: most, log: true, ticks: [1000, 100000],  title: "samples" },
-                { from: exact * 0.6, to: exact * 1.4, ticks: [0.4, 0.5, 0.6, 0.7], title: "mean, and two standard errors" });
+                { from: exact * 0.6, to: exact * 1.4, ticks, title: "mean, and two standard errors" });
             g.save();
             g.beginPath();
             g.rect(p.box.x, p.box.y, p.box.w, p.box.h);

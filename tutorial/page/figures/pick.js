@@ -1,7 +1,7 @@
 // Figure 6: importance resampling by hand.
 define("pick", (f) => {
-    const C = live.C, bins = 40, dmfp = 1.6, most = 1e6;
-    let hits = [], probes = [], held = -1, spin = 0, running = false, marker = 0;
+    const C = live.C, bins = 40, dmfp = 1.6, most = 2e5;
+    let hits = [], probes = [], held = -1, spin = 0, running = !still_eyes, marker = 0;
 
     f.title("Resampling by hand", "Send probes through the ball: what they hit are candidates, discs of area w. Pick one " +
         "with a chance in proportion to w. Pick often, and raise M: the picks come to follow the target g, though the probes do not.",
@@ -9,7 +9,7 @@ define("pick", (f) => {
     const sizes = [1, 2, 4, 8, 16, 32, 64];
     const m = f.choice("probes M", sizes.map((v) => [String(v), String(v)]), "4", () => restart());
     f.button("Send and pick", () => send());
-    const run = f.button("Run", () => {
+    const run = f.button(running ? "Stop" : "Run", () => {
         running = !running;
         run.textContent = running ? "Stop" : "Run";
     });
@@ -51,8 +51,11 @@ define("pick", (f) => {
     return {
         work(seconds) {
             spin = Math.min(1, spin + seconds / (still_eyes ? 0.01 : 0.9));
-            if (running && C.pick_count() < most) spend(5, () => C.pick_many(20, count_m()));
-            return spin < 1 || running;
+            if (running && C.pick_count() < most) {
+                let left = clamp(0.03 * C.pick_count(), 2, 1e4);
+                spend(5, () => (C.pick_many(left > 0 ? 10 : 0, count_m()), (left -= 10)));
+            }
+            return spin < 1 || (running && C.pick_count() < most);
         },
         draw(g, w, h) {
             const c = f.c, p = places(), at = (x, z) => [p.cx + x * p.r, p.cy - z * p.r];
@@ -76,7 +79,7 @@ define("pick", (f) => {
                 write(g, "picked", x, y + (y > p.cy ? 1 : -1) * (clamp(size * Math.sqrt(hits[held].weight), 4, 0.4 * p.r) + 18), c.orange, "center", 13, 700, c.air);
             }
             dot(g, ...at(0, 1), 5, c.ink, c.paper);
-            write(g, "entry x", p.cx + 12, p.cy - p.r - 14, c.ink, "left", 13, 600, c.air);
+            write(g, "entry x", p.cx - 0.2 * p.r, p.cy - p.r - 12, c.ink, "right", 13, 600, c.air);
             g.restore();
 
             // The weights side by side, and a pointer that falls on one of them.
@@ -98,7 +101,7 @@ define("pick", (f) => {
                 [[px, y0 - 2], [px - 7, y0 - 14], [px + 7, y0 - 14]].forEach(([a, b]) => g.lineTo(a, b));
                 g.fill();
             }
-            write(g, held < 0 ? "no probe hit: a fair sample of zero" : "all w side by side: each is picked with the chance w / W", x0, y0 + 32, c.ink, "left", 12, 400, c.air);
+            write(g, held < 0 ? "no probe hit: a fair sample of zero" : "w side by side: the chance of each is w / W", x0, y0 + 32, c.ink, "left", 12, 400, c.air);
 
             // Picks over distance.
             const data = doubles(C.pick_bins(), bins), n = Math.max(C.pick_count(), 1), top = 1.15 * target(1e-4);

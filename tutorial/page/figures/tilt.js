@@ -86,9 +86,11 @@ define("tilt", (f) => {
             write(g, "entry x", p.cx - 10, p.cy + 20, c.ink, "right", 13, 600, c.wax);
             const reach = Math.min(0.42 * w, 0.4 * h / Math.abs(Math.sin(angle * degree) || 1e-9)), ex = -Math.cos(angle * degree) * reach;
             handle(g, p.cx + ex, p.cy + ex * slope, c);
-            write(g, "disk: probes start with density P", 12, p.disk - 0.2 * h + 8, c.accent, "left", 13, 600, c.panel);
+            write(g, "probes start here, with density P", slope > 0 ? w - 12 : 12, 18, c.accent, slope > 0 ? "right" : "left", 13, 600, c.panel);
             write(g, "1", sx(place), p.disk - 14, c.blue, "center", 14, 700, c.panel);
-            write(g, "1 / cos = " + fixed(1 / Math.cos(angle * degree), 2), sx(place) + 14, sy(place) + (slope > 0 ? -16 : 20), c.blue, "left", 14, 700, c.panel);
+            const near = sx(place) > w - 140, above = near ? slope < 0 : slope > 0;
+            write(g, "1 / cos = " + fixed(1 / Math.cos(angle * degree), 2), sx(place) + (near ? -14 : 14),
+                sy(place) + (above ? -18 : 22), c.blue, near ? "right" : "left", 14, 700, above ? c.panel : c.wax);
 
             // Energy.
             const wide = Math.min(0.36 * w, 260), x0 = 16, y0 = h - 46;

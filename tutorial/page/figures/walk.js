@@ -1,13 +1,13 @@
 // Figure 1: light walks through a half space, and what comes back is the profile.
 define("walk", (f) => {
-    const C = live.C, bins = 48, reach = 6, shown = 14;
-    let laser = 0, rate = 0, paths = [], wait = 0;
+    const C = live.C, bins = 48, width = 0.125, shown = 14;
+    let reach = 6, laser = 0, rate = 0, paths = [], wait = 0;
 
     f.title("A walk of light", "Drag the laser over the wax. Each path scatters until it is absorbed or comes back. " +
         "The bars count where light came back; the line is sss_profile, which the header computes.",
         "Keys: left and right move the laser.");
     const restart = () => {
-        C.walk_begin(albedo.value, mfp.value, reach / bins, 1);
+        C.walk_begin(albedo.value, mfp.value, width, 1);
         paths = [];
         rate = wait = 0;
     };
@@ -41,7 +41,10 @@ define("walk", (f) => {
         return low;
     };
 
-    f.height = (w) => (w < 560 ? 1.05 * w : 0.5 * w);
+    f.height = (w) => {
+        reach = w < 560 ? 3.2 : 6; // half the width of the picture
+        return w < 560 ? 1.05 * w : 0.5 * w;
+    };
     return {
         work(seconds) {
             wait -= seconds;
@@ -67,7 +70,7 @@ define("walk", (f) => {
             g.fillRect(0, ground, w, h - ground);
 
             // Bars and the profile: power in a ring, half of it on each side.
-            const data = doubles(C.walk_bins(), 2 * bins), total = Math.max(C.walk_count(), 1), width = reach / bins;
+            const data = doubles(C.walk_bins(), 2 * bins), total = Math.max(C.walk_count(), 1);
             const density = (r) => Math.PI * r * C.profile(1, 0, r), top = 0.74 * ground / density(1e-4);
             g.fillStyle = c.orange;
             g.globalAlpha = 0.75;
@@ -82,7 +85,7 @@ define("walk", (f) => {
             for (const side of [-1, 1]) {
                 const curve = [];
                 for (let i = 0; i <= 120; i++) {
-                    const r = 1e-4 + reach * 1.9 * i / 120;
+                    const r = 1e-4 + 2 * reach * i / 120;
                     curve.push([at + side * r * unit, ground - density(r) * top]);
                 }
                 line(g, curve, c.blue, 2.5);
@@ -123,7 +126,7 @@ define("walk", (f) => {
             line(g, [[at, 0], [at, ground]], c.bad, 2.5);
             handle(g, at, 22, c);
             const left = at > w / 2, tx = left ? 12 : w - 12, align = left ? "left" : "right";
-            write(g, "bars: light that came back", tx, 20, c.orange, align, 13, 600, c.air);
+            write(g, w < 560 ? "bars: what came back" : "bars: light that came back", tx, 20, c.orange, align, 13, 600, c.air);
             write(g, "line: sss_profile", tx, 40, c.blue, align, 13, 600, c.air);
             write(g, "× absorbed", 12, h - 16, c.ink, "left", 13, 400, c.waxdeep);
         },
