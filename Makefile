@@ -8,8 +8,10 @@ FONT     ?= /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 CFLAGS   ?= -O3 -march=native
 DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
 TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
-CL_C     := -Icl -Idemos -Ibuild
-CL_TEXT  := sss_resample.h demos/scene.h demos/tracer.h cl/sss_layout.h cl/sss_kernels.cl
+CL_C     := -Ibuild cl/sss_cl.c
+COMMON   := $(wildcard demos/common/*.h) sss_resample.h
+STUDY    := $(wildcard demos/study/*.h) $(COMMON)
+CL       := cl/sss_cl.c cl/sss_cl.h build/sss_cl_source.h build/tracer_cl_source.h
 WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
@@ -21,7 +23,7 @@ LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
-DEMOS     = $(filter-out $(NO_MESH),$(patsubst demos/%.c,build/%,$(wildcard demos/*.c)))
+DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
 TESTS     = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c)))
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
 SCRIPTS  := $(wildcard tests/test_*.sh)
@@ -65,50 +67,48 @@ all: $(DEMOS)
 build:
 	@mkdir -p build
 
-# The kernels and all that they include, inside the programs: these run from any folder.
-build/sss_cl_source.h: cl/embed.sh $(CL_TEXT) | build
-	cl/embed.sh $(CL_TEXT) > $@ || { rm -f $@; exit 1; }
+# Texts for OpenCL, inside the programs: these run from any folder.
+EMBED     = cl/embed.sh $(basename $(@F)) $(filter-out cl/embed.sh,$^) > $@ || { rm -f $@; exit 1; }
 
-build/render: demos/render.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
-	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ -lOpenCL -lstb -lm
+build/sss_cl_source.h: cl/embed.sh sss_resample.h | build
+	$(EMBED)
 
-build/exit_points: demos/exit_points.c $(wildcard demos/*.h) sss_resample.h | build
+build/tracer_cl_source.h: cl/embed.sh demos/common/scene.h demos/common/tracer.h demos/common/tracer.cl | build
+	$(EMBED)
+
+build/layout_source.h: cl/embed.sh tests/layout.h | build
+	$(EMBED)
+
+build/render: demos/render.c $(COMMON) $(CL)
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< $(CL_C) -o $@ -lOpenCL -lstb -lm
+
+build/exit_points: demos/exit_points.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lstb -lm
 
-build/noise: demos/noise.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
-	$(DEMO_C) $(CL_C) -DFONT_FILE='"$(FONT)"' $< cl/sss_cl.c -o $@ $(WINDOW) -lOpenCL -lstb -lm
+build/noise: demos/noise.c $(COMMON) $(CL)
+	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< $(CL_C) -o $@ $(WINDOW) -lOpenCL -lstb -lm
 
 mesh:
 	@[ "$(MESH)" ] || { echo 'mesh: Embree 3 or assimp is missing; make setup installs both'; exit 1; }
 	@$(MAKE) --no-print-directory build/mesh
 
-build/mesh: demos/mesh.c $(wildcard demos/*.h) sss_resample.h | build
+build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-build/test_mesh: tests/test_mesh.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
-	$(TEST_C) -Idemos $< -o $@ -lembree3 -lcmocka -lm
-
-build/mix: demos/mix.c demos/scene.h demos/scenes.h demos/tracer.h sss_resample.h | build
-	$(DEMO_C) $< -o $@ -lm
-
-build/bench: demos/bench.c sss_resample.h | build
-	$(DEMO_C) $< -o $@ -lm
-
-build/chart build/model: build/%: demos/%.c $(wildcard demos/*.h) sss_resample.h | build
+build/bench build/chart build/failures build/mix build/model: build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
-build/failures: demos/failures.c $(wildcard demos/*.h) sss_resample.h | build
-	$(DEMO_C) $< -o $@ -lstb -lm
+build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
+	$(DEMO_C) $< $(CL_C) -o $@ -lOpenCL -lm
 
-build/bench_exits: cl/bench_exits.c cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h build/sss_cl_source.h
-	$(DEMO_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lm
+build/test_mesh: tests/test_mesh.c tests/sss_test.h $(COMMON) | build
+	$(TEST_C) $< -o $@ -lembree3 -lcmocka -lm
 
-build/test_opencl: tests/test_opencl.c tests/sss_test.h cl/sss_cl.c $(wildcard demos/*.h cl/*.h) sss_resample.h \
-    build/sss_cl_source.h
-	$(TEST_C) $(CL_C) $< cl/sss_cl.c -o $@ -lOpenCL -lcmocka -lm
+build/test_opencl: tests/test_opencl.c tests/sss_test.h tests/layout.h $(COMMON) $(CL) build/layout_source.h
+	$(TEST_C) $< $(CL_C) -o $@ -lOpenCL -lcmocka -lm
 
-build/test_rivals: tests/test_rivals.c tests/sss_test.h $(wildcard demos/*.h) sss_resample.h | build
-	$(TEST_C) -Idemos $< -o $@ -lcmocka -lm
+build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
+	$(TEST_C) $< -o $@ -lcmocka -lm
 
 # The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
 build/fuzz: SANITIZERS := address,undefined,float-divide-by-zero,float-cast-overflow
@@ -126,7 +126,7 @@ demo: build/render build/noise
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
 pictures: build/render build/exit_points failures
-	cp build/failures.png demos/
+	cp build/failures.png demos/study/
 	build/render --compare --png demos/bear.png
 	build/exit_points --headless --png demos/exit_points.png
 
@@ -147,13 +147,13 @@ mix: build/mix
 chart: build/chart build/model
 	build/chart
 	build/model tests/data/mc_searchlight.csv build/chart
-	awk -v out=build/chart -f demos/chart.awk build/chart.csv
-	gnuplot -e "out='build/chart'" demos/chart.gp
-	cp build/chart.csv $(CHARTS:%=build/chart-%.png) demos/
+	awk -v out=build/chart -f demos/study/chart.awk build/chart.csv
+	gnuplot -e "out='build/chart'" demos/study/chart.gp
+	cp build/chart.csv $(CHARTS:%=build/chart-%.png) demos/study/
 
 failures: build/failures
 	build/failures build/failures >build/failures.csv
-	gnuplot -e "out='build/failures'" demos/failures.gp
+	gnuplot -e "out='build/failures'" demos/study/failures.gp
 
 # What the chapters show comes from what their programs do; tests/test_tutorial.sh compares.
 tutorial:

@@ -58,11 +58,6 @@ int sss_cl_check(sss_cl *cl, cl_int code, const char *call) {
     return 0;
 }
 
-static sss_cl_result sss_cl_out_of_memory(sss_cl *cl) {
-    snprintf(cl->error, sizeof cl->error, "out of memory");
-    return SSS_CL_FAILED;
-}
-
 // ---- Devices
 
 static cl_int sss_cl_name_device(sss_cl_device *device) {
@@ -153,22 +148,20 @@ static void sss_cl_keep_log(sss_cl *cl) {
     }
 }
 
-static int sss_cl_build(sss_cl *cl, const char *more) {
-    const char *text[2] = {(const char *)sss_cl_source, more ? more : ""};
+static int sss_cl_build(sss_cl *cl, cl_uint count, const char *const *texts) {
+    const char *text[1 + SSS_CL_MAX_TEXTS] = {(const char *)sss_cl_source};
     char options[160];
     cl_int code;
-    cl->program = clCreateProgramWithSource(cl->context, 2, text, NULL, &code);
+    if (count > SSS_CL_MAX_TEXTS) return sss_cl_check(cl, CL_INVALID_VALUE, "sss_cl_open");
+    for (cl_uint i = 0; i < count; i++) text[1 + i] = texts[i];
+    cl->program = clCreateProgramWithSource(cl->context, 1 + count, text, NULL, &code);
     if (!sss_cl_check(cl, code, "clCreateProgramWithSource")) return 0;
     snprintf(options, sizeof options, "-cl-std=CL1.2 -DSSS_MAX_EXITS=%d -DSSS_MAX_CANDIDATES=%d%s%s", SSS_MAX_EXITS,
              SSS_MAX_CANDIDATES, cl->cpu ? "" : " -DSSS_LANES=1",
              cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
     code = clBuildProgram(cl->program, 1, &cl->device.id, options, NULL, NULL);
     if (code != CL_SUCCESS) sss_cl_keep_log(cl);
-    if (!sss_cl_check(cl, code, "clBuildProgram")) return 0;
-    cl->exits = clCreateKernel(cl->program, "sss_exits", &code);
-    if (!sss_cl_check(cl, code, "clCreateKernel")) return 0;
-    cl->render = clCreateKernel(cl->program, "render", &code);
-    return sss_cl_check(cl, code, "clCreateKernel");
+    return sss_cl_check(cl, code, "clBuildProgram");
 }
 
 // Bits as on the CPU need IEEE rounding of every operation and denormal numbers.
@@ -188,12 +181,15 @@ static int sss_cl_ask(sss_cl *cl) {
     return sss_cl_check(cl, code, "clGetDeviceInfo");
 }
 
-sss_cl_result sss_cl_open(sss_cl *cl, const char *name, const char *more) {
+sss_cl_result sss_cl_open(sss_cl *cl, const char *name, cl_uint count, const char *const *texts) {
     cl_int code;
     memset(cl, 0, sizeof *cl);
     cl->local = SSS_CL_LOCAL;
     cl->log = (char *)calloc(1, 1);
-    if (!cl->log) return sss_cl_out_of_memory(cl);
+    if (!cl->log) {
+        snprintf(cl->error, sizeof cl->error, "out of memory");
+        return SSS_CL_FAILED;
+    }
     sss_cl_result result = sss_cl_find(cl, name);
     if (result != SSS_CL_OK) return result;
     if (!sss_cl_ask(cl)) return SSS_CL_FAILED;
@@ -201,12 +197,10 @@ sss_cl_result sss_cl_open(sss_cl *cl, const char *name, const char *more) {
     if (!sss_cl_check(cl, code, "clCreateContext")) return SSS_CL_FAILED;
     cl->queue = clCreateCommandQueue(cl->context, cl->device.id, 0, &code);
     if (!sss_cl_check(cl, code, "clCreateCommandQueue")) return SSS_CL_FAILED;
-    return sss_cl_build(cl, more) ? SSS_CL_OK : SSS_CL_FAILED;
+    return sss_cl_build(cl, count, texts) ? SSS_CL_OK : SSS_CL_FAILED;
 }
 
 void sss_cl_close(sss_cl *cl) {
-    if (cl->render) clReleaseKernel(cl->render);
-    if (cl->exits) clReleaseKernel(cl->exits);
     if (cl->program) clReleaseProgram(cl->program);
     if (cl->queue) clReleaseCommandQueue(cl->queue);
     if (cl->context) clReleaseContext(cl->context);
@@ -215,6 +209,12 @@ void sss_cl_close(sss_cl *cl) {
 }
 
 // ---- Work
+
+cl_kernel sss_cl_kernel(sss_cl *cl, const char *name) {
+    cl_int code;
+    cl_kernel kernel = clCreateKernel(cl->program, name, &code);
+    return sss_cl_check(cl, code, "clCreateKernel") ? kernel : NULL;
+}
 
 sss_cl_result sss_cl_run(sss_cl *cl, cl_kernel kernel, size_t count) {
     size_t most = 0, local = cl->local;
@@ -228,22 +228,15 @@ sss_cl_result sss_cl_run(sss_cl *cl, cl_kernel kernel, size_t count) {
     return sss_cl_check(cl, clFinish(cl->queue), "clFinish") ? SSS_CL_OK : SSS_CL_FAILED;
 }
 
-typedef struct sss_cl_argument {
-    size_t size;
-    const void *value;
-} sss_cl_argument;
-
-static int sss_cl_set(sss_cl *cl, cl_kernel kernel, const sss_cl_argument *arguments, cl_uint count) {
+int sss_cl_set(sss_cl *cl, cl_kernel kernel, cl_uint first, const sss_cl_argument *arguments, cl_uint count) {
     for (cl_uint i = 0; i < count; i++) {
-        cl_int code = clSetKernelArg(kernel, i, arguments[i].size, arguments[i].value);
+        cl_int code = clSetKernelArg(kernel, first + i, arguments[i].size, arguments[i].value);
         if (!sss_cl_check(cl, code, "clSetKernelArg")) return 0;
     }
     return 1;
 }
 
-// A buffer that holds what `host` does, NULL when that fails. A device that shares the host's memory works in `host`
-// itself; both ways sss_cl_read() brings the results there.
-static cl_mem sss_cl_buffer(sss_cl *cl, size_t size, const void *host) {
+cl_mem sss_cl_buffer(sss_cl *cl, size_t size, const void *host) {
     cl_int code;
     // A buffer that no kernel writes never changes its source, but the call takes what is not const.
     union {
@@ -256,7 +249,7 @@ static cl_mem sss_cl_buffer(sss_cl *cl, size_t size, const void *host) {
     return sss_cl_check(cl, code, "clCreateBuffer") ? buffer : NULL;
 }
 
-static int sss_cl_read(sss_cl *cl, cl_mem buffer, size_t size, void *host) {
+int sss_cl_read(sss_cl *cl, cl_mem buffer, size_t size, void *host) {
     cl_int code;
     if (!cl->unified) {
         code = clEnqueueReadBuffer(cl->queue, buffer, CL_TRUE, 0, size, host, 0, NULL, NULL);
@@ -268,68 +261,35 @@ static int sss_cl_read(sss_cl *cl, cl_mem buffer, size_t size, void *host) {
     return sss_cl_check(cl, code, "clEnqueueUnmapMemObject") && sss_cl_check(cl, clFinish(cl->queue), "clFinish");
 }
 
-static void sss_cl_release(cl_mem *buffers, int count) {
+void sss_cl_release(cl_mem *buffers, int count) {
     for (int i = 0; i < count; i++) {
         if (buffers[i]) clReleaseMemObject(buffers[i]);
         buffers[i] = NULL;
     }
 }
 
-sss_cl_result sss_cl_exits(sss_cl *cl, const scene *s, tracer_settings settings, size_t entries,
-                           const sss_vec3 *positions, const sss_vec3 *normals, const uint32_t *seeds, int *counts,
-                           sss_exit *exits) {
-    enum { SCENE, POSITIONS, NORMALS, SEEDS, COUNTS, EXITS, BUFFERS };
+sss_cl_result sss_cl_lookups(sss_cl *cl, cl_kernel kernel, const sss_cl_batch *batch, const sss_cl_argument *own,
+                             cl_uint count) {
+    enum { POSITIONS, NORMALS, SEEDS, COUNTS, EXITS, BUFFERS };
     cl_mem b[BUFFERS] = {0};
-    cl_uint n = (cl_uint)entries, room = 1;
-    if (settings.plan.exits > 1 && settings.plan.exits <= SSS_MAX_EXITS) room = (cl_uint)settings.plan.exits;
-    const size_t exit_size = sizeof *exits * entries * room;
+    cl_uint entries = (cl_uint)batch->entries;
+    const size_t vector_size = sizeof(sss_vec3) * batch->entries, count_size = sizeof(int) * batch->entries,
+                 exit_size = sizeof(sss_exit) * batch->entries * batch->room;
     const sss_cl_argument arguments[] = {
-        {sizeof b[0], &b[SCENE]}, {sizeof settings, &settings}, {sizeof n, &n},
-        {sizeof room, &room},     {sizeof b[0], &b[POSITIONS]}, {sizeof b[0], &b[NORMALS]},
-        {sizeof b[0], &b[SEEDS]}, {sizeof b[0], &b[COUNTS]},    {sizeof b[0], &b[EXITS]}};
+        {sizeof entries, &entries}, {sizeof batch->room, &batch->room}, {sizeof b[0], &b[POSITIONS]},
+        {sizeof b[0], &b[NORMALS]}, {sizeof b[0], &b[SEEDS]},           {sizeof b[0], &b[COUNTS]},
+        {sizeof b[0], &b[EXITS]}};
+    enum { ARGUMENTS = sizeof arguments / sizeof *arguments };
     if (entries == 0) return SSS_CL_OK;
-    int good = (b[SCENE] = sss_cl_buffer(cl, sizeof *s, s)) &&
-               (b[POSITIONS] = sss_cl_buffer(cl, sizeof *positions * entries, positions)) &&
-               (b[NORMALS] = sss_cl_buffer(cl, sizeof *normals * entries, normals)) &&
-               (b[SEEDS] = sss_cl_buffer(cl, sizeof *seeds * entries, seeds)) &&
-               (b[COUNTS] = sss_cl_buffer(cl, sizeof *counts * entries, counts)) &&
-               (b[EXITS] = sss_cl_buffer(cl, exit_size, exits)) &&
-               sss_cl_set(cl, cl->exits, arguments, sizeof arguments / sizeof *arguments) &&
-               sss_cl_run(cl, cl->exits, entries) == SSS_CL_OK &&
-               sss_cl_read(cl, b[COUNTS], sizeof *counts * entries, counts) &&
-               sss_cl_read(cl, b[EXITS], exit_size, exits);
-    sss_cl_release(b, BUFFERS);
-    return good ? SSS_CL_OK : SSS_CL_FAILED;
-}
-
-static void sss_cl_add_work(const cl_uint *work, size_t pixels, unsigned long long *probes,
-                            unsigned long long *shaded) {
-    for (size_t i = 0; i < pixels; i++) {
-        *probes += work[2 * i];
-        *shaded += work[2 * i + 1];
-    }
-}
-
-sss_cl_result sss_cl_render(sss_cl *cl, const scene *s, tracer_settings settings, int top, int bottom, uint32_t first,
-                            uint32_t count, float *rgb, unsigned long long *probes, unsigned long long *shaded) {
-    enum { SCENE, RGB, WORK, BUFFERS };
-    cl_mem b[BUFFERS] = {0};
-    cl_uint width = (cl_uint)settings.width, begin = (cl_uint)top * width, end = (cl_uint)bottom * width;
-    size_t pixels = end - begin, rgb_size = pixels * 3 * sizeof *rgb, work_size = pixels * 2 * sizeof(cl_uint);
-    const sss_cl_argument arguments[] = {{sizeof b[0], &b[SCENE]}, {sizeof settings, &settings}, {sizeof begin, &begin},
-                                         {sizeof end, &end},       {sizeof first, &first},       {sizeof count, &count},
-                                         {sizeof b[0], &b[RGB]},   {sizeof b[0], &b[WORK]}};
-    if (pixels == 0) return SSS_CL_OK;
-    cl_uint *work = (cl_uint *)calloc(pixels, 2 * sizeof *work);
-    if (!work) return sss_cl_out_of_memory(cl);
-    rgb += 3 * (size_t)begin;
-    int good = (b[SCENE] = sss_cl_buffer(cl, sizeof *s, s)) && (b[RGB] = sss_cl_buffer(cl, rgb_size, rgb)) &&
-               (b[WORK] = sss_cl_buffer(cl, work_size, work)) &&
-               sss_cl_set(cl, cl->render, arguments, sizeof arguments / sizeof *arguments) &&
-               sss_cl_run(cl, cl->render, pixels) == SSS_CL_OK && sss_cl_read(cl, b[RGB], rgb_size, rgb) &&
-               sss_cl_read(cl, b[WORK], work_size, work);
-    if (good) sss_cl_add_work(work, pixels, probes, shaded);
-    free(work);
+    int good = (b[POSITIONS] = sss_cl_buffer(cl, vector_size, batch->positions)) &&
+               (b[NORMALS] = sss_cl_buffer(cl, vector_size, batch->normals)) &&
+               (b[SEEDS] = sss_cl_buffer(cl, sizeof(uint32_t) * batch->entries, batch->seeds)) &&
+               (b[COUNTS] = sss_cl_buffer(cl, count_size, batch->counts)) &&
+               (b[EXITS] = sss_cl_buffer(cl, exit_size, batch->exits)) &&
+               sss_cl_set(cl, kernel, 0, arguments, ARGUMENTS) && sss_cl_set(cl, kernel, ARGUMENTS, own, count) &&
+               sss_cl_run(cl, kernel, batch->entries) == SSS_CL_OK &&
+               sss_cl_read(cl, b[COUNTS], count_size, batch->counts) &&
+               sss_cl_read(cl, b[EXITS], exit_size, batch->exits);
     sss_cl_release(b, BUFFERS);
     return good ? SSS_CL_OK : SSS_CL_FAILED;
 }

@@ -1,13 +1,16 @@
-// sss_cl.h - lookups and pictures on OpenCL devices, for C99 programs. SPDX-License-Identifier: MIT
+// sss_cl.h - batches of lookups on OpenCL devices, for C99 programs. SPDX-License-Identifier: MIT
 //
 //     sss_cl cl;
-//     if (sss_cl_open(&cl, "opencl", NULL) != SSS_CL_OK) { fputs(cl.log, stderr); puts(cl.error); }
-//     else sss_cl_exits(&cl, &scene, settings, entries, positions, normals, seeds, counts, exits);
+//     cl_kernel lookups;
+//     if (sss_cl_open(&cl, "opencl", 1, &text) != SSS_CL_OK) { fputs(cl.log, stderr); puts(cl.error); }
+//     else if ((lookups = sss_cl_kernel(&cl, "lookups"))) sss_cl_lookups(&cl, lookups, &batch, own, own_count);
 //     sss_cl_close(&cl);
 //
-// Build sss_cl.c into the program and link with -lOpenCL. The kernels' text is inside: no file is read at run
-// time. A call that fails leaves one line in cl.error, which names the OpenCL call and its error; nothing is
-// printed here. The same sss_cl serves one thread at a time; different ones do not know of each other.
+// Build sss_cl.c into the program and link with -lOpenCL. The text of sss_resample.h is inside: no file is read at
+// run time. The kernels are the program's own, as only the program knows how its probes meet its scene;
+// demos/common/tracer.cl and tracer_cl.h are an example. A call that fails leaves one line in cl.error, which names
+// the OpenCL call and its error; nothing is printed here. The same sss_cl serves one thread at a time; different ones
+// do not know of each other.
 #ifndef SSS_CL_H
 #define SSS_CL_H
 
@@ -17,7 +20,7 @@
 #include <CL/cl.h>
 #include <stddef.h>
 
-#include "tracer.h"
+#include "sss_resample.h"
 
 // A program's exit codes, as they stand.
 typedef enum sss_cl_result {
@@ -35,6 +38,7 @@ typedef struct sss_cl_device {
 
 #define SSS_CL_MAX_DEVICES 32
 #define SSS_CL_MAX_ERROR   512
+#define SSS_CL_MAX_TEXTS   8
 
 typedef struct sss_cl_devices {
     int count;
@@ -46,7 +50,6 @@ typedef struct sss_cl {
     cl_context context;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel exits, render;
     size_t local; // work-items in a group, chosen at opening; may be changed
     int exact;    // the device divides and takes roots with IEEE rounding: its bits are those of the CPU
     int cpu;      // it has vector registers, so a work-item works in lanes; others have more work-items instead
@@ -59,28 +62,51 @@ typedef struct sss_cl {
 // SSS_CL_NO_DEVICE. `error` has room for SSS_CL_MAX_ERROR characters.
 sss_cl_result sss_cl_list(sss_cl_devices *devices, char *error);
 
-// Opens the device "opencl" (the first of the list) or "opencl:NUMBER" and builds the kernels; `more` is
-// OpenCL C that is appended to them, or NULL. Call sss_cl_close() in every case.
-sss_cl_result sss_cl_open(sss_cl *cl, const char *name, const char *more);
+// Opens the device "opencl" (the first of the list) or "opencl:NUMBER" and builds one program from sss_resample.h and
+// the `count` texts of OpenCL C that follow it in this order, SSS_CL_MAX_TEXTS at most. Call sss_cl_close() in every case.
+sss_cl_result sss_cl_open(sss_cl *cl, const char *name, cl_uint count, const char *const *texts);
 void sss_cl_close(sss_cl *cl);
 
-// One lookup for each entry, as the tracer makes it: settings.plan, settings.light_aware and the scene's medium
-// count. Entry i gets counts[i] exits from exits[i * room], room = max(settings.plan.exits, 1); what lies beyond
-// is as it was.
-sss_cl_result sss_cl_exits(sss_cl *cl, const scene *s, tracer_settings settings, size_t entries,
-                           const sss_vec3 *positions, const sss_vec3 *normals, const uint32_t *seeds, int *counts,
-                           sss_exit *exits);
+// A kernel of the program, or NULL; release it with clReleaseKernel() before sss_cl_close().
+cl_kernel sss_cl_kernel(sss_cl *cl, const char *name);
 
-// Adds samples first .. first + count - 1 of each pixel in rows top .. bottom - 1 to a picture of settings.width x
-// settings.height pixels: rgb is the whole picture, three floats a pixel, begun black. What they cost is added to
-// probes and shaded.
-sss_cl_result sss_cl_render(sss_cl *cl, const scene *s, tracer_settings settings, int top, int bottom, uint32_t first,
-                            uint32_t count, float *rgb, unsigned long long *probes, unsigned long long *shaded);
+typedef struct sss_cl_argument {
+    size_t size;
+    const void *value;
+} sss_cl_argument;
 
-// For kernels of one's own: keeps the error line, and says whether the call went well.
-int sss_cl_check(sss_cl *cl, cl_int code, const char *call);
+// One lookup for each entry. Entry i gets counts[i] exits from exits[i * room]; what lies beyond is as it was. No plan
+// may ask for more exits than `room`, which is at least 1.
+typedef struct sss_cl_batch {
+    size_t entries;
+    cl_uint room;
+    const sss_vec3 *positions, *normals;
+    const uint32_t *seeds;
+    int *counts;
+    sss_exit *exits;
+} sss_cl_batch;
+
+// Runs the batch through a kernel whose parameters begin with
+//     uint entries, uint room, __global const sss_vec3 *positions, __global const sss_vec3 *normals,
+//     __global const uint *seeds, __global int *counts, __global sss_exit *exits
+// and end with `count` of the program's own. The global size is rounded up to whole work-groups.
+sss_cl_result sss_cl_lookups(sss_cl *cl, cl_kernel kernel, const sss_cl_batch *batch, const sss_cl_argument *own,
+                             cl_uint count);
+
+// ---- For other kernels. Those that return an int say whether the call went well.
+
+int sss_cl_check(sss_cl *cl, cl_int code, const char *call); // keeps the error line
+const char *sss_cl_error_name(cl_int code);
+
+// A buffer that holds what `host` does, NULL when that fails. A device that shares the host's memory works in `host`
+// itself; both ways sss_cl_read() brings the results there.
+cl_mem sss_cl_buffer(sss_cl *cl, size_t size, const void *host);
+int sss_cl_read(sss_cl *cl, cl_mem buffer, size_t size, void *host);
+void sss_cl_release(cl_mem *buffers, int count); // those that are not NULL
+
+// Sets a kernel's arguments from number `first`.
+int sss_cl_set(sss_cl *cl, cl_kernel kernel, cl_uint first, const sss_cl_argument *arguments, cl_uint count);
 // Runs a kernel over at least `count` items, in whole work-groups, and waits for it.
 sss_cl_result sss_cl_run(sss_cl *cl, cl_kernel kernel, size_t count);
-const char *sss_cl_error_name(cl_int code);
 
 #endif

@@ -3,8 +3,8 @@
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "exit_points"
-#include "tracer.h"
-#include "window.h"
+#include "common/tracer.h"
+#include "common/window.h"
 
 #define POINTS      500        // shown in each pane
 #define LOOKUPS     25000      // behind each histogram

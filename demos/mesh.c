@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #define COMMAND "mesh"
-#include "mesh_file.h"
-#include "mesh_tracer.h"
-#include "window.h"
+#include "common/mesh_file.h"
+#include "common/mesh_tracer.h"
+#include "common/window.h"
 
 #define SLICE   0.012 // seconds that one step of rendering may take
 #define REFRESH 0.080 // between two frames, unless there is an event
@@ -106,7 +106,7 @@ static int ends_with(const char *text, const char *end) {
 
 static void load_object(viewer *v) {
     mesh_file file;
-    mesh *m = &v->world.m;
+    triangle_mesh *m = &v->world.m;
     mesh_file_read(&file, v->file, v->up ? strcmp(v->up, "z") == 0 : ends_with(v->file, ".stl"));
     if (file.reason[0]) fail(2, "cannot read %s: %s", v->file, file.reason);
     const char *wrong = mesh_make(m, file.xyz, (size_t)file.vertices, file.corner, (size_t)file.triangles);
@@ -121,10 +121,10 @@ static void load_object(viewer *v) {
 
 // ---- Medium, light and camera, all relative to the object
 
-static double largest(const mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
+static double largest(const triangle_mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
 
 static sss_result set_medium(viewer *v) {
-    const mesh *m = &v->world.m;
+    const triangle_mesh *m = &v->world.m;
     sss_medium *medium = &v->world.s.medium;
     float a[3], b[3];
     if (v->preset >= 0) { // from 1/mm to 1/scene unit
@@ -162,7 +162,7 @@ static sss_vec3 view_direction(const viewer *v) {
 // As near as the vertices allow, in a picture of this shape. A vertex v from the target is on the edge of the view if
 // |v.right| is tan(half the view) times the distance less v.back.
 static void set_camera(viewer *v, int width, int height) {
-    const mesh *m = &v->world.m;
+    const triangle_mesh *m = &v->world.m;
     scene *s = &v->world.s;
     sss_vec3 back = view_direction(v), target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
     float side = (float)(width < height ? width : height), distance = 0.0f;
@@ -331,7 +331,7 @@ static const char *resampled_name(const viewer *v) {
 }
 
 static void medium_text(const viewer *v, char *text, size_t room) {
-    const mesh *m = &v->world.m;
+    const triangle_mesh *m = &v->world.m;
     const sss_medium *medium = &v->world.s.medium;
     if (v->preset < 0) {
         snprintf(text, room, "albedo %.2f %.2f %.2f, diffuse mean free path %.3g %.3g %.3g units", (double)v->albedo[0],
@@ -397,7 +397,7 @@ static void draw_keys(viewer *v, canvas *c, float y) {
 
 static void draw(viewer *v, canvas *c) {
     char text[300], medium[200];
-    const mesh *m = &v->world.m;
+    const triangle_mesh *m = &v->world.m;
     canvas_begin(c, PAGE);
     const box b = picture_box(c, &v->run[PLAIN], PLAIN);
     snprintf(text, sizeof text, "%.60s: %u triangles, %.4g \xc3\x97 %.4g \xc3\x97 %.4g units", base_name(v->file),
@@ -627,7 +627,7 @@ int main(int count, char **words) {
     const char *wrong = image_check_writable(v.w.png);
     if (wrong) fail(2, "cannot write %s: %s", v.w.png, wrong);
     load_object(&v);
-    const mesh *m = &v.world.m;
+    const triangle_mesh *m = &v.world.m;
     for (int k = 0; k < 3 && !v.has_dmfp; k++) v.dmfp[k] = relative[k] * (float)(MESH_RADIUS / m->unit);
     make_pictures(&v);
     new_medium(&v);

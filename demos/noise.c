@@ -3,8 +3,8 @@
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "noise"
-#include "device.h"
-#include "window.h"
+#include "common/device.h"
+#include "common/window.h"
 
 #define WIDTH   300 // of the picture in pixels; shown twice as large
 #define HEIGHT  260
@@ -170,7 +170,7 @@ static void render_slice(noise *n, int which) {
         probes += mine.probes;
         shaded += mine.shaded;
     }
-    if (failed) fail(1, "%s", n->devices.cl[failed - 1].error);
+    if (failed) fail(1, "%s", n->devices.cl[failed - 1].cl.error);
     if (next > height) next = height;
     int top = r->row;
     r->work.probes += probes;
@@ -208,8 +208,8 @@ static void open_device(void *argument) {
     unsigned long long probes = 0, shaded = 0; // the first launch compiles once more
     static float rgb[3 * 16 * 16];
     n->open_result =
-        sss_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
-    if (n->open_result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].error, sizeof n->opening.error);
+        tracer_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
+    if (n->open_result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].cl.error, sizeof n->opening.error);
 }
 
 static void begin_opening(noise *n) {
@@ -225,7 +225,7 @@ static void end_opening(noise *n) {
     if (!job_ends(&n->opener, 0)) return;
     if (n->open_result == SSS_CL_OK) {
         n->devices = n->opening;
-        snprintf(n->w.note, sizeof n->w.note, "device: %s", n->devices.cl[0].device.name);
+        snprintf(n->w.note, sizeof n->w.note, "device: %s", n->devices.cl[0].cl.device.name);
     } else {
         device_close(&n->opening);
         snprintf(n->w.note, sizeof n->w.note, "%.200s", n->opening.error);

@@ -6,10 +6,10 @@
 #include <unistd.h>
 
 #define COMMAND "render"
-#include "command.h"
-#include "device.h"
-#include "image.h"
-#include "tracer.h"
+#include "common/command.h"
+#include "common/device.h"
+#include "common/image.h"
+#include "common/tracer.h"
 
 #define RENDER_COMPARE_SPP       8     // of the resampled panels
 #define RENDER_COMPARE_REFERENCE 24    // samples a pixel in each half of the reference

@@ -1,5 +1,5 @@
 /* For a renderer that can ask for all hits of a ray at once (an any-hit or filter callback that notes each and goes
-   on): demos/mesh_tracer.h does that with Embree, and says how a hit at an edge counts once. SPDX-License-Identifier:
+   on): demos/common/mesh_tracer.h does that with Embree, and says how a hit at an edge counts once. SPDX-License-Identifier:
    MIT */
 #include "renderer.h"
 

@@ -120,8 +120,8 @@ means_agree() {
 
 charts_are_drawn() {
     "$model" --quick tests/data/mc_searchlight.csv "$work/chart" || return 1
-    awk -v out="$work/chart" -f demos/chart.awk "$csv" || return 1
-    gnuplot -e "out='$work/chart'" demos/chart.gp || return 1
+    awk -v out="$work/chart" -f demos/study/chart.awk "$csv" || return 1
+    gnuplot -e "out='$work/chart'" demos/study/chart.gp || return 1
     local name
     for name in when error-0 error-64 error-512 error-4096 best size model volume plan seam; do
         [ "$(head -c 4 "$work/chart-$name.png" | tail -c 3)" = PNG ] || { echo "no chart-$name.png" && return 1; }

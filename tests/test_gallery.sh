@@ -65,7 +65,7 @@ page_is_whole() {
 }
 pictures_are_drawn() {
     local name
-    gnuplot -e "out='$out'" demos/failures.gp || return 1
+    gnuplot -e "out='$out'" demos/study/failures.gp || return 1
     for name in $names; do is_picture "$out-$name.png" 10000 || return 1; done
     is_picture "$out.png" 50000 && ! grep -iE 'nan|inf' "$out"-*.dat
 }

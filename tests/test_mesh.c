@@ -1,4 +1,4 @@
-/* Meshes as demos/mesh.h makes them fit for probes, and their hits as demos/mesh_tracer.h finds them with Embree: no
+/* Meshes as demos/common/triangle_mesh.h makes them fit for probes, and their hits as demos/common/mesh_tracer.h finds them with Embree: no
    crossing counted twice at an edge or a vertex, none lost on thin parts, the same hits wherever the scene is; lookups
    and whole pictures of a tessellated ball and slab against the analytic ones, in mean and in noise.
 
@@ -6,8 +6,8 @@
    17 * 2.0e-7 = 3.4e-6. What the tessellation itself may change is bounded where it is used. */
 #include "sss_test.h"
 
-#include "mesh_tracer.h"
-#include "scenes.h"
+#include "demos/common/mesh_tracer.h"
+#include "demos/common/scenes.h"
 
 #define Z_LIMIT 5.2
 #define LOOKUPS 200000
@@ -121,7 +121,7 @@ static sss_vec3 direction_of(uint64_t i) {
     return scene_vec((float)(rim * cos(turn)), (float)(rim * sin(turn)), (float)z);
 }
 /* A point of the mesh's triangle: 0 somewhere on its first edge, 1 its first vertex, 2 inside. */
-static sss_vec3 point_of(const mesh *m, uint32_t triangle, int where, uint64_t i) {
+static sss_vec3 point_of(const triangle_mesh *m, uint32_t triangle, int where, uint64_t i) {
     const uint32_t *c = m->corner + 3 * (size_t)triangle;
     float u = where == 1 ? 0.0f : (float)st_random(5 * i),
           v = where == 2 ? (1.0f - u) * (float)st_random(5 * i + 1) : 0.0f;
@@ -364,7 +364,7 @@ static void rays_leave(void **state) {
 /* Corners at one place become one vertex: a closed surface of Euler's characteristic 2 comes out of loose triangles, of
    whatever winding, with all normals outward; what is broken is left out. */
 static void loose_triangles_join(void **state) {
-    mesh m;
+    triangle_mesh m;
     soup s = soup_cube(16, to_ball, NULL), loose = soup_new(3 * s.triangles + 6, s.triangles + 6);
     (void)state;
     for (size_t i = 0; i < s.triangles; ++i) {
@@ -407,7 +407,7 @@ static void loose_triangles_join(void **state) {
 /* A cube keeps its edges. */
 static void creases_stay(void **state) {
     static const double size[3] = {1.0, 1.0, 1.0};
-    mesh m;
+    triangle_mesh m;
     soup s = soup_cube(2, to_lattice, size);
     (void)state;
     assert_null(mesh_make(&m, s.xyz, s.vertices, s.corner, s.triangles));
@@ -505,7 +505,7 @@ static double ball_light_local(st_vec v) { return 1.0 + 0.5 * v.z / BALL; } /* t
    corner d is at most |p| sqrt(2 s) / R (the power of the entry in the triangle's circle), elsewhere |q| is at least
    the shortest edge h. So distances change by the factor 1 +- e, 2 e <= s + max(2 s, (s R / h)^2). For every falling
    profile the integral of r |Rd'| over the ball is at most twice the albedo. Last, E changes by at most s / 2. */
-static double ball_deviation(const mesh *m) {
+static double ball_deviation(const triangle_mesh *m) {
     const sss_vec3 middle = scene_vec(0.0f, (float)BALL, 0.0f);
     double depth = 0.0, edge = HUGE_VAL;
     for (uint32_t i = 0; i < m->triangles; ++i) {
@@ -566,7 +566,7 @@ static st_vec to_rounded_box(st_vec p, const void *context) {
 }
 
 /* Back to the size and the place that it had, as a body that is symmetric about `middle`. */
-static void bring_back(mesh *m, sss_vec3 middle) {
+static void bring_back(triangle_mesh *m, sss_vec3 middle) {
     for (uint32_t i = 0; i < m->vertices; ++i) {
         st_vec p = st_sum(st_vec3(0.0, -0.5 * m->size[1], 0.0), st_double(m->position[i]), 1.0 / m->unit);
         m->position[i] = st_float(st_sum(p, st_double(middle), 1.0));

@@ -4,9 +4,10 @@
 // SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 #include "sss_test.h"
-#include "scenes.h"
-#include "sss_cl.h"
-#include "sss_layout.h"
+#include "demos/common/scenes.h"
+#include "demos/common/tracer_cl.h"
+#include "layout.h"
+#include "layout_source.h"
 
 #include <errno.h>
 #include <sys/stat.h>
@@ -19,7 +20,8 @@
 #define POISON      0x7fc0deadu
 
 static int exhaustive = 0, small = 0;
-static sss_cl device;
+static tracer_cl tracer;
+static sss_cl *const device = &tracer.cl;
 static sss_cl_result opened;
 
 static double seconds(void) {
@@ -92,40 +94,40 @@ static void place_cache(void) {
 
 static int open_device(void **state) {
     char *text;
-    size_t size = sizeof shared_text + sizeof more_text + 1u;
+    size_t size = sizeof shared_text + sizeof more_text + sizeof layout_source + 2u;
     double start = seconds();
     (void)state;
     place_cache();
     text = (char *)malloc(size);
     if (!text) return -1;
-    snprintf(text, size, "%s\n%s", shared_text, more_text);
-    opened = sss_cl_open(&device, "opencl", text);
+    snprintf(text, size, "%s\n%s\n%s", shared_text, more_text, (const char *)layout_source);
+    opened = tracer_cl_open(&tracer, "opencl", text);
     free(text);
     if (opened == SSS_CL_OK)
-        print_message("    %s: %s, opened in %.2f s\n", device.device.name,
-                      device.exact ? "IEEE-correct division and square root" : "NOT IEEE-correct", seconds() - start);
+        print_message("    %s: %s, opened in %.2f s\n", device->device.name,
+                      device->exact ? "IEEE-correct division and square root" : "NOT IEEE-correct", seconds() - start);
     else
-        print_message("    %s%s\n", device.log ? device.log : "", device.error);
+        print_message("    %s%s\n", device->log ? device->log : "", device->error);
     return 0;
 }
 
 static int close_device(void **state) {
     (void)state;
-    sss_cl_close(&device);
+    tracer_cl_close(&tracer);
     return 0;
 }
 
 static void need_device(void) {
     if (opened == SSS_CL_NO_DEVICE) skip();
-    if (opened != SSS_CL_OK) fail_msg("%s", device.error);
+    if (opened != SSS_CL_OK) fail_msg("%s", device->error);
 }
 
 static void check_call(sss_cl_result result) {
-    if (result != SSS_CL_OK) fail_msg("%s", device.error);
+    if (result != SSS_CL_OK) fail_msg("%s", device->error);
 }
 
 static void check_code(cl_int code, const char *call) {
-    if (!sss_cl_check(&device, code, call)) fail_msg("%s", device.error);
+    if (!sss_cl_check(device, code, call)) fail_msg("%s", device->error);
 }
 
 // A buffer full of poison.
@@ -137,14 +139,14 @@ static cl_mem poisoned(size_t words) {
     assert_non_null(poison);
     for (i = 0; i < words; ++i) poison[i] = POISON;
     buffer =
-        clCreateBuffer(device.context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, words * sizeof *poison, poison, &code);
+        clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, words * sizeof *poison, poison, &code);
     check_code(code, "clCreateBuffer");
     free(poison);
     return buffer;
 }
 
 static void read_words(cl_mem buffer, size_t words, uint32_t *to) {
-    check_code(clEnqueueReadBuffer(device.queue, buffer, CL_TRUE, 0, words * sizeof *to, to, 0, NULL, NULL),
+    check_code(clEnqueueReadBuffer(device->queue, buffer, CL_TRUE, 0, words * sizeof *to, to, 0, NULL, NULL),
                "clEnqueueReadBuffer");
 }
 
@@ -180,25 +182,25 @@ static void test_layouts(void **state) {
 #define SIZE(type)         host[count++] = (uint32_t)sizeof(type);
 #define FIELD(type, field) host[count++] = (uint32_t)offsetof(type, field);
     uint32_t host[ROOM], cl[ROOM];
-    size_t count = 0, i, local = device.local;
+    size_t count = 0, i, local = device->local;
     cl_int code;
     cl_kernel kernel;
     cl_mem out;
     (void)state;
     need_device();
-    SSS_LAYOUT(SIZE, FIELD)
+    LAYOUT(SIZE, FIELD)
     assert_true(count < ROOM);
-    kernel = clCreateKernel(device.program, "sss_layout", &code);
+    kernel = clCreateKernel(device->program, "layout", &code);
     check_code(code, "clCreateKernel");
     out = poisoned(ROOM);
     check_code(clSetKernelArg(kernel, 0, sizeof out, &out), "clSetKernelArg");
-    device.local = 1;
-    check_call(sss_cl_run(&device, kernel, 1));
-    device.local = local;
+    device->local = 1;
+    check_call(sss_cl_run(device, kernel, 1));
+    device->local = local;
     read_words(out, ROOM, cl);
     for (i = 0; i < count; ++i)
         if (host[i] != cl[i])
-            fail_msg("number %lu of sss_layout.h: %u here, %u there", (unsigned long)i, host[i], cl[i]);
+            fail_msg("number %lu of layout.h: %u here, %u there", (unsigned long)i, host[i], cl[i]);
     assert_int_equal(cl[count], POISON);
     print_message("    %lu sizes and offsets\n", (unsigned long)count);
     clReleaseMemObject(out);
@@ -211,16 +213,16 @@ static void test_layouts(void **state) {
 
 // The log of the compiler and one line that names the call.
 static void test_build_failure(void **state) {
-    sss_cl broken;
+    tracer_cl broken;
     (void)state;
     need_device();
-    assert_int_equal(sss_cl_open(&broken, "opencl", "__kernel void broken(void) { no_such_function(); }\n"),
+    assert_int_equal(tracer_cl_open(&broken, "opencl", "__kernel void broken(void) { no_such_function(); }\n"),
                      SSS_CL_FAILED);
-    print_message("    %s\n", broken.error);
-    assert_non_null(strstr(broken.error, "clBuildProgram: CL_BUILD_PROGRAM_FAILURE"));
-    assert_null(strchr(broken.error, '\n'));
-    assert_non_null(strstr(broken.log, "no_such_function"));
-    sss_cl_close(&broken);
+    print_message("    %s\n", broken.cl.error);
+    assert_non_null(strstr(broken.cl.error, "clBuildProgram: CL_BUILD_PROGRAM_FAILURE"));
+    assert_null(strchr(broken.cl.error, '\n'));
+    assert_non_null(strstr(broken.cl.log, "no_such_function"));
+    tracer_cl_close(&broken);
 }
 
 static void test_device_names(void **state) {
@@ -231,7 +233,7 @@ static void test_device_names(void **state) {
     (void)state;
     need_device();
     for (i = 0; i < sizeof bad / sizeof *bad; ++i) {
-        assert_int_equal(sss_cl_open(&none, bad[i], NULL), SSS_CL_BAD_DEVICE);
+        assert_int_equal(sss_cl_open(&none, bad[i], 0, NULL), SSS_CL_BAD_DEVICE);
         assert_true(none.error[0] != '\0' && !strchr(none.error, '\n'));
         sss_cl_close(&none);
     }
@@ -251,7 +253,7 @@ static void math_batch(cl_kernel kernel, cl_mem out, int which, uint32_t first, 
     check_code(clSetKernelArg(kernel, 1, sizeof first, &first), "clSetKernelArg");
     check_code(clSetKernelArg(kernel, 2, sizeof step, &step), "clSetKernelArg");
     check_code(clSetKernelArg(kernel, 3, sizeof out, &out), "clSetKernelArg");
-    check_call(sss_cl_run(&device, kernel, (size_t)n));
+    check_call(sss_cl_run(device, kernel, (size_t)n));
     read_words(out, (size_t)n, cl);
 #pragma omp parallel for reduction(+ : different) reduction(max : worst)
     for (i = 0; i < n; ++i) {
@@ -290,7 +292,7 @@ static double math_function(cl_kernel kernel, int which, uint32_t *cl) {
     if (sum.different || exhaustive)
         print_message("    %s: %lu of %lu differ, worst %.0f ulp\n", math_name[which], sum.different, sum.compared,
                       sum.worst);
-    check_at_most(math_name[which], sum.worst, device.exact ? 0.0 : LOOSE_ULP);
+    check_at_most(math_name[which], sum.worst, device->exact ? 0.0 : LOOSE_ULP);
     return (double)sum.compared;
 }
 
@@ -303,7 +305,7 @@ static void test_mathematics(void **state) {
     (void)state;
     need_device();
     assert_non_null(cl);
-    kernel = clCreateKernel(device.program, "math", &code);
+    kernel = clCreateKernel(device->program, "math", &code);
     check_code(code, "clCreateKernel");
     for (which = 0; which < MATH_FUNCTIONS; ++which) compared += math_function(kernel, which, cl);
     print_message("    %d functions, %.4g numbers\n", MATH_FUNCTIONS, compared);
@@ -425,8 +427,8 @@ static void compare_batch(const scene *s, tracer_settings settings, batch *cpu, 
     poison_results(cpu);
     poison_results(cl);
     exits_on_cpu(s, settings, room, cpu);
-    check_call(
-        sss_cl_exits(&device, s, settings, (size_t)cl->size, cl->position, cl->normal, cl->seed, cl->count, cl->exit));
+    const sss_cl_batch all = {(size_t)cl->size, (cl_uint)room, cl->position, cl->normal, cl->seed, cl->count, cl->exit};
+    check_call(tracer_cl_lookups(&tracer, s, settings, &all));
     for (i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, room, sum);
 }
 
@@ -435,8 +437,8 @@ static void report_lookups(const lookups *sum) {
                   sum->lookups, sum->exits, sum->flips, sum->bits.different, sum->bits.compared, sum->bits.worst);
     assert_int_equal(sum->nan, 0);
     check_at_most("share of flipped picks", (double)sum->flips / (double)sum->lookups,
-                  device.exact ? 0.0 : LOOSE_FLIPS);
-    check_at_most("ulps", sum->bits.worst, device.exact ? 0.0 : LOOSE_ULP);
+                  device->exact ? 0.0 : LOOSE_FLIPS);
+    check_at_most("ulps", sum->bits.worst, device->exact ? 0.0 : LOOSE_ULP);
 }
 
 // Every profile, scene, mix, number of candidates and exits, with and without strata and hints.
@@ -493,7 +495,7 @@ static void test_odd_lookups(void **state) {
     enum { MEDIA = 11 };
     static batch cpu, cl;
     lookups sum;
-    int which, k, unified = device.unified;
+    int which, k, unified = device->unified;
     (void)state;
     need_device();
     memset(&sum, 0, sizeof sum);
@@ -509,11 +511,11 @@ static void test_odd_lookups(void **state) {
             settings.plan.exits = k % (SSS_MAX_EXITS + 2);
             settings.plan.candidates = k == 7 ? -1 : k == 9 ? SSS_MAX_CANDIDATES + 1 : k;
             make_entries(&s, (uint32_t)(1000 * which + k), small ? 12 : SMALL_BATCH, &cpu);
-            device.unified = k % 3 != 0 && unified; // copied or not
+            device->unified = k % 3 != 0 && unified; // copied or not
             compare_batch(&s, settings, &cpu, &cl, &sum);
         }
     }
-    device.unified = unified;
+    device->unified = unified;
     report_lookups(&sum);
 }
 
@@ -555,10 +557,10 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     memset(cpu, 0, sizeof cpu);
     memset(cl, 0, sizeof cl);
     picture_on_cpu(&s, settings, cpu, &probes[0], &shaded[0]);
-    check_call(sss_cl_render(&device, &s, settings, 0, height / 2, 0, SPP, cl, &probes[1], &shaded[1]));
+    check_call(tracer_cl_render(&tracer, &s, settings, 0, height / 2, 0, SPP, cl, &probes[1], &shaded[1]));
     for (i = 3 * width * (height / 2); i < 3 * width * height; ++i) assert_true(cl[i] == 0.0f);
-    check_call(sss_cl_render(&device, &s, settings, height / 2, height, 0, 1, cl, &probes[1], &shaded[1]));
-    check_call(sss_cl_render(&device, &s, settings, height / 2, height, 1, SPP - 1, cl, &probes[1], &shaded[1]));
+    check_call(tracer_cl_render(&tracer, &s, settings, height / 2, height, 0, 1, cl, &probes[1], &shaded[1]));
+    check_call(tracer_cl_render(&tracer, &s, settings, height / 2, height, 1, SPP - 1, cl, &probes[1], &shaded[1]));
     for (i = 0; i < 3 * width * height; ++i) {
         if (is_nan(sssi_bits(cpu[i])) || is_nan(sssi_bits(cl[i]))) fail_msg("%s: NaN", scene_name[which]);
         compare_bits(&sum, sssi_bits(cpu[i]), sssi_bits(cl[i]));
@@ -570,7 +572,7 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     all->compared += sum.compared;
     all->different += sum.different;
     all->far += sum.far;
-    assert_true(!device.exact || (probes[0] == probes[1] && shaded[0] == shaded[1]));
+    assert_true(!device->exact || (probes[0] == probes[1] && shaded[0] == shaded[1]));
 }
 
 // A path that takes another turn changes its pixel beyond any ulp. At most SPP x TRACER_MAX_SURFACES lookups and as
@@ -600,7 +602,7 @@ static void test_pictures(void **state) {
     print_message("    every scene, profile and method: %lu of %lu numbers differ\n", sum.different, sum.compared);
     check_at_most("share of other numbers", (double)sum.far / (double)sum.compared,
                   2.0 * SPP * TRACER_MAX_SURFACES * LOOSE_FLIPS);
-    if (device.exact) assert_int_equal(sum.different, 0);
+    if (device->exact) assert_int_equal(sum.different, 0);
 }
 
 int main(int count, char **words) {

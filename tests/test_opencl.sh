@@ -22,12 +22,13 @@ syntax() { # STANDARD FILE OPTIONS
 check_text() {
     local standard
     # What is embedded, as text again. In it the headers are no headers, so functions without use would be warned of.
-    LC_ALL=C awk -F, '/^[0-9]/ { for (i = 1; i < NF; i++) printf "%c", $i }' "$build/sss_cl_source.h" >"$work/text.cl"
-    check "the embedded text stands alone" eval "grep -q '__kernel void sss_exits' '$work/text.cl' &&
+    cat "$build/sss_cl_source.h" "$build/tracer_cl_source.h" |
+        LC_ALL=C awk -F, '/^[0-9]/ { for (i = 1; i < NF; i++) printf "%c", $i }' >"$work/text.cl"
+    check "the embedded text stands alone" eval "grep -q '__kernel void tracer_lookups' '$work/text.cl' &&
         ! grep -n '#include \"' '$work/text.cl'"
     for standard in CL1.2 CL3.0; do
         if command -v clang >/dev/null; then
-            check "$standard: kernels" syntax $standard cl/sss_kernels.cl -I. -Idemos -Icl
+            check "$standard: kernels" syntax $standard demos/common/tracer.cl -I.
             check "$standard: embedded text" syntax $standard "$work/text.cl" -Wno-unused-function
         else
             skip "$standard: kernels and embedded text" "there is no clang"

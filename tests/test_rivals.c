@@ -1,4 +1,4 @@
-/* The rivals of demos/chart.c against closed forms and tables, so that the chart compares real implementations: the
+/* The rivals of demos/study/chart.c against closed forms and tables, so that the chart compares real implementations: the
    random walk on a half space against Chandrasekhar's total and against a searchlight computed elsewhere, its shared
    path over three channels, unions of shapes; the point cloud and brute force on the sphere and the plane.
 
@@ -7,7 +7,7 @@
    integral; its limits are stated where they are checked. */
 #include "sss_test.h"
 
-#include "rivals.h"
+#include "demos/study/rivals.h"
 
 #define Z_LIMIT 5.2
 #define WALKS   400000

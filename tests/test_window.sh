@@ -115,7 +115,7 @@ write_suppressions() {
 }
 
 checked="gcc -std=c99 -O1 -g1 -fsanitize=address -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp -I.
-    -Idemos -Icl -I$build"
+    -I$build"
 build_checked() {
     $checked demos/exit_points.c "$work/dlclose.c" -o "$work/exit_points" -lglfw -ldl -lstb -lm &&
         $checked demos/noise.c cl/sss_cl.c "$work/dlclose.c" -o "$work/noise" -lglfw -ldl -lOpenCL -lstb -lm

@@ -4,7 +4,7 @@
 #define TUTORIAL_H
 
 #include <stdarg.h>
-#include "demos/image.h"
+#include "demos/common/image.h"
 
 static const double pi = 3.14159265358979323846, far_away = 1e9;
 

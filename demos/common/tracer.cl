@@ -1,15 +1,14 @@
-// sss_kernels.cl - the library and the tracer on an OpenCL 1.2 device: load, call, store, and nothing else.
+// tracer.cl - the library and the tracer on an OpenCL 1.2 device: load, call, store, and nothing else.
 // SPDX-License-Identifier: MIT
 #include "sss_resample.h"
 #include "scene.h"
 #include "tracer.h"
-#include "sss_layout.h"
 
 // One lookup for each entry: the exits that light takes which enters the scene's object there. Entry i has
 // room for `room` exits from exits[i * room] and uses counts[i] of them.
-__kernel void sss_exits(__global const scene *s, tracer_settings settings, uint entries, uint room,
-                        __global const sss_vec3 *positions, __global const sss_vec3 *normals,
-                        __global const uint *seeds, __global int *counts, __global sss_exit *exits) {
+__kernel void tracer_lookups(uint entries, uint room, __global const sss_vec3 *positions,
+                             __global const sss_vec3 *normals, __global const uint *seeds, __global int *counts,
+                             __global sss_exit *exits, __global const scene *s, tracer_settings settings) {
     uint i = (uint)get_global_id(0);
     tracer_points points;
     if (i >= entries) return; // the global size is rounded up to whole work-groups
@@ -28,8 +27,8 @@ __kernel void sss_exits(__global const scene *s, tracer_settings settings, uint 
 
 // Adds samples first .. first + count - 1 of pixels begin .. end - 1 to their sums: rgb[0] is pixel `begin`. Pixels
 // are numbered by rows from the top left corner. work gets two numbers a pixel: probes and shaded points.
-__kernel void render(__global const scene *s, tracer_settings settings, uint begin, uint end, uint first, uint count,
-                     __global sss_vec3 *rgb, __global uint *work) {
+__kernel void tracer_render(__global const scene *s, tracer_settings settings, uint begin, uint end, uint first,
+                            uint count, __global sss_vec3 *rgb, __global uint *work) {
     uint i = (uint)get_global_id(0), pixel = begin + i, probes = 0u, shaded = 0u;
     if (pixel >= end) return;
     uint y = pixel / (uint)settings.width, x = pixel - y * (uint)settings.width;
@@ -43,16 +42,4 @@ __kernel void render(__global const scene *s, tracer_settings settings, uint beg
     rgb[i] = sum;
     work[2u * i] = probes;
     work[2u * i + 1u] = shaded;
-}
-
-// Sizes and offsets of all shared structs, in the order of the list.
-#define SSS_LAYOUT_SIZE(type) out[i++] = (uint)sizeof(type);
-#define SSS_LAYOUT_FIELD(type, field)                                                                                  \
-    {                                                                                                                  \
-        type it;                                                                                                       \
-        out[i++] = (uint)((char *)&it.field - (char *)&it);                                                            \
-    }
-__kernel void sss_layout(__global uint *out) {
-    int i = 0;
-    SSS_LAYOUT(SSS_LAYOUT_SIZE, SSS_LAYOUT_FIELD)
 }

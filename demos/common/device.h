@@ -10,7 +10,7 @@
 #endif
 
 #include "image.h"
-#include "sss_cl.h"
+#include "tracer_cl.h"
 
 #define DEVICE_BAND 131072 // samples in one launch: enough to hide its cost, short enough to see it move
 
@@ -24,7 +24,7 @@ static inline int device_cpu_threads(void) { return 1; }
 
 typedef struct device_set {
     int count; // of OpenCL devices; 0: the CPU
-    sss_cl cl[SSS_CL_MAX_DEVICES];
+    tracer_cl cl[SSS_CL_MAX_DEVICES];
     char error[SSS_CL_MAX_ERROR];
 } device_set;
 
@@ -54,18 +54,18 @@ static inline sss_cl_result device_open(device_set *set, const char *name) {
     for (int i = 0; i < wanted; i++) {
         char number[32];
         snprintf(number, sizeof number, "opencl:%d", i);
-        sss_cl *cl = &set->cl[set->count++];
-        sss_cl_result result = sss_cl_open(cl, all ? number : name, NULL);
+        tracer_cl *t = &set->cl[set->count++];
+        sss_cl_result result = tracer_cl_open(t, all ? number : name, NULL);
         if (result == SSS_CL_OK) continue;
-        if (cl->log) fputs(cl->log, stderr);
-        memcpy(set->error, cl->error, sizeof set->error);
+        if (t->cl.log) fputs(t->cl.log, stderr);
+        memcpy(set->error, t->cl.error, sizeof set->error);
         return result;
     }
     return SSS_CL_OK;
 }
 
 static inline void device_close(device_set *set) {
-    for (int i = 0; i < set->count; i++) sss_cl_close(&set->cl[i]);
+    for (int i = 0; i < set->count; i++) tracer_cl_close(&set->cl[i]);
     set->count = 0;
 }
 
@@ -74,7 +74,7 @@ static inline int device_threads(const device_set *set) { return set->count > 0 
 // What a user should know of the devices before trusting bits: NULL when there is nothing.
 static inline const char *device_note(const device_set *set) {
     for (int i = 0; i < set->count; i++) {
-        if (!set->cl[i].exact)
+        if (!set->cl[i].cl.exact)
             return "this device does not round as IEEE wants: single samples may differ from the CPU's";
     }
     return NULL;
@@ -98,8 +98,8 @@ static inline void device_rows_on_cpu(const scene *s, tracer_settings settings, 
 static inline sss_cl_result device_band(device_set *set, int thread, const scene *s, tracer_settings settings, int top,
                                         int bottom, uint32_t first, int count, float *rgb, device_work *work) {
     if (set->count > 0) {
-        return sss_cl_render(&set->cl[thread], s, settings, top, bottom, first, (uint32_t)count, rgb, &work->probes,
-                             &work->shaded);
+        return tracer_cl_render(&set->cl[thread], s, settings, top, bottom, first, (uint32_t)count, rgb, &work->probes,
+                                &work->shaded);
     }
     for (int y = top; y < bottom; y++) {
         device_rows_on_cpu(s, settings, y, first, count, rgb + image_count(settings.width, y), work);
@@ -137,7 +137,7 @@ static inline sss_cl_result device_render(device_set *set, const scene *s, const
     }
     work->probes += probes;
     work->shaded += shaded;
-    if (failed) memcpy(set->error, set->cl[failed - 1].error, sizeof set->error);
+    if (failed) memcpy(set->error, set->cl[failed - 1].cl.error, sizeof set->error);
     return failed ? SSS_CL_FAILED : SSS_CL_OK;
 }
 

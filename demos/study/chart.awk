@@ -1,6 +1,6 @@
 # chart.awk - what chart.gp draws: medians over the repeats of chart.csv, times to a given error, frontiers, best
 # numbers of candidates, and the findings that the titles state.
-# Use: awk -v out=build/chart -f demos/chart.awk build/chart.csv
+# Use: awk -v out=build/chart -f demos/study/chart.awk build/chart.csv
 # SPDX-License-Identifier: MIT
 BEGIN {
     FS = ","

@@ -1,5 +1,5 @@
-# failures.gp - the panels of demos/failures.c, each for itself and all together:
-#     gnuplot -e "out='build/failures'" demos/failures.gp
+# failures.gp - the panels of demos/study/failures.c, each for itself and all together:
+#     gnuplot -e "out='build/failures'" demos/study/failures.gp
 # SPDX-License-Identifier: MIT
 set encoding utf8
 load out."-titles.gp"

@@ -11,8 +11,8 @@
 
 #include "point_cloud.h"
 #include "random_walk.h"
-#include "scenes.h"
-#include "tracer.h"
+#include "demos/common/scenes.h"
+#include "demos/common/tracer.h"
 
 #define RIVALS_SOLID 0.05f // solid angle of the point cloud's nodes
 #define RIVALS_LIGHT 4     // each point of the cloud gets a grid of that many by that many lamp samples

@@ -4,8 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "scenes.h"
-#include "tracer.h"
+#include "demos/common/scenes.h"
+#include "demos/common/tracer.h"
 
 #define MIX_SCENES 5
 #define MIX_MEDIA  6 // three sizes of dmfp, grey and saturated

@@ -8,8 +8,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "scenes.h"
-#include "sss_cl.h"
+#include "demos/common/scenes.h"
+#include "demos/common/tracer_cl.h"
 
 enum { ENTRIES = 1 << 16, ROUNDS = 7 };
 
@@ -56,9 +56,10 @@ static void exits_on_cpu(const scene *s, tracer_settings settings, int threads, 
     }
 }
 
-static void exits_on_device(sss_cl *cl, const scene *s, tracer_settings settings, batch *b) {
-    if (sss_cl_exits(cl, s, settings, ENTRIES, b->position, b->normal, b->seed, b->count, b->exit) == SSS_CL_OK) return;
-    fprintf(stderr, "bench_exits: %s\n", cl->error);
+static void exits_on_device(tracer_cl *t, const scene *s, tracer_settings settings, batch *b) {
+    const sss_cl_batch all = {ENTRIES, 1, b->position, b->normal, b->seed, b->count, b->exit};
+    if (tracer_cl_lookups(t, s, settings, &all) == SSS_CL_OK) return;
+    fprintf(stderr, "bench_exits: %s\n", t->cl.error);
     exit(1);
 }
 
@@ -68,7 +69,7 @@ static void keep_least(double *least, double seconds) {
 
 // The best of several rounds of each, in turns, so that other work on the machine troubles both alike. Returns how many
 // seconds the first launch took.
-static double measure(sss_cl *cl, const char *name, int candidates) {
+static double measure(tracer_cl *t, const char *name, int candidates) {
     static batch cpu, device;
     double best[3] = {1e30, 1e30, 1e30}, first = 0.0;
     scene s;
@@ -88,7 +89,7 @@ static double measure(sss_cl *cl, const char *name, int candidates) {
         exits_on_cpu(&s, settings, omp_get_num_procs(), ENTRIES, &cpu);
         keep_least(&best[1], now() - start);
         start = now();
-        exits_on_device(cl, &s, settings, &device);
+        exits_on_device(t, &s, settings, &device);
         if (round == 0) first = now() - start;
         keep_least(&best[2], now() - start);
     }
@@ -101,21 +102,21 @@ static double measure(sss_cl *cl, const char *name, int candidates) {
 
 int main(int count, char **words) {
     static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
-    sss_cl cl;
+    tracer_cl t;
     double start = now();
-    sss_cl_result result = sss_cl_open(&cl, count > 1 ? words[1] : "opencl", NULL);
+    sss_cl_result result = tracer_cl_open(&t, count > 1 ? words[1] : "opencl", NULL);
     if (result != SSS_CL_OK) {
-        fprintf(stderr, "%sbench_exits: %s\n", cl.log ? cl.log : "", cl.error);
-        sss_cl_close(&cl);
+        fprintf(stderr, "%sbench_exits: %s\n", t.cl.log ? t.cl.log : "", t.cl.error);
+        tracer_cl_close(&t);
         return (int)result;
     }
-    if (count > 2 && atoi(words[2]) > 0) cl.local = (size_t)atoi(words[2]);
-    printf("%s: kernels built in %.2f s\n", cl.device.name, now() - start);
+    if (count > 2 && atoi(words[2]) > 0) t.cl.local = (size_t)atoi(words[2]);
+    printf("%s: kernels built in %.2f s\n", t.cl.device.name, now() - start);
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
-        double first = measure(&cl, scenes[i], 1);
+        double first = measure(&t, scenes[i], 1);
         if (i == 0) printf("(the very first launch took %.2f s)\n", first);
-        measure(&cl, scenes[i], 8);
+        measure(&t, scenes[i], 8);
     }
-    sss_cl_close(&cl);
+    tracer_cl_close(&t);
     return 0;
 }

@@ -4,8 +4,8 @@
 #define COMMAND         "failures"
 #include <stdarg.h>
 
-#include "command.h"
-#include "tracer.h"
+#include "demos/common/command.h"
+#include "demos/common/tracer.h"
 
 #define BLOCKS 64
 

@@ -1,11 +1,11 @@
-// mesh.h - a triangle mesh as files have them, made fit for probes: one vertex a place, no triangle twice, outward
-// normals, a size and a place where float32 is at its best. Host only. SPDX-License-Identifier: MIT
+// triangle_mesh.h - a triangle mesh as files have them, made fit for probes: one vertex a place, no triangle twice,
+// outward normals, a size and a place where float32 is at its best. Host only. SPDX-License-Identifier: MIT
 //
 // Positions are brought to the origin and to one size in double precision, before anything else is computed: wherever
 // and however large the file's object is, rays meet the same numbers. Corners at the same place (to the bit) become one
 // vertex, and so triangles know their neighbours even where the file does not say so, as STL never does.
-#ifndef MESH_H
-#define MESH_H
+#ifndef TRIANGLE_MESH_H
+#define TRIANGLE_MESH_H
 
 #include <float.h>
 #include <math.h>
@@ -21,7 +21,7 @@
 #define MESH_MOST   100000000u // triangles
 #define MESH_NONE   0xffffffffu
 
-typedef struct mesh {
+typedef struct triangle_mesh {
     uint32_t vertices, triangles;
     sss_vec3 *position; // and one more than there are: Embree reads 16 bytes of each
     uint32_t *corner;   // three vertices a triangle, counterclockwise seen from outside
@@ -30,7 +30,7 @@ typedef struct mesh {
     double size[3];     // of the bounding box, in the file's units
     double unit;        // scene units in one of the file's
     uint32_t left_out;  // triangles without area, with corners that are no numbers, or there already
-} mesh;
+} triangle_mesh;
 
 // ---- A set of keys of three words each, which are numbered as they come
 
@@ -82,7 +82,7 @@ static inline mesh_vector mesh_cross(mesh_vector a, mesh_vector b) {
 static inline double mesh_dot(mesh_vector a, mesh_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 // The cross product of two edges: along the outward normal, twice the area long.
-static inline mesh_vector mesh_span(const mesh *m, uint32_t triangle) {
+static inline mesh_vector mesh_span(const triangle_mesh *m, uint32_t triangle) {
     const uint32_t *c = m->corner + 3 * (size_t)triangle;
     return mesh_cross(mesh_between(m->position[c[0]], m->position[c[1]]),
                       mesh_between(m->position[c[0]], m->position[c[2]]));
@@ -91,7 +91,7 @@ static inline sss_vec3 mesh_direction(mesh_vector v) {
     double inverse = 1.0 / sqrt(mesh_dot(v, v));
     return scene_vec((float)(v.x * inverse), (float)(v.y * inverse), (float)(v.z * inverse));
 }
-static inline sss_vec3 mesh_normal(const mesh *m, uint32_t triangle) { return mesh_direction(mesh_span(m, triangle)); }
+static inline sss_vec3 mesh_normal(const triangle_mesh *m, uint32_t triangle) { return mesh_direction(mesh_span(m, triangle)); }
 
 // ---- Which way is out
 
@@ -101,7 +101,7 @@ typedef struct mesh_edge {
 
 // One piece, its triangles in `list`: its faces are turned if its volume about its middle is below 0 or, where it is as
 // flat as a sheet, if it faces down.
-static inline void mesh_turn_out(const mesh *m, const uint32_t *list, uint32_t count, unsigned char *flip) {
+static inline void mesh_turn_out(const triangle_mesh *m, const uint32_t *list, uint32_t count, unsigned char *flip) {
     const sss_vec3 zero = {0.0f, 0.0f, 0.0f};
     mesh_vector sum = {0.0, 0.0, 0.0}, middle = {0.0, 0.0, 0.0};
     double moment = 0.0, total = 0.0;
@@ -122,7 +122,7 @@ static inline void mesh_turn_out(const mesh *m, const uint32_t *list, uint32_t c
 // A closed piece is an object of its own: light scatters in it alone, whatever is beside or inside of it. All open ones
 // together are object 0: they are patches of one body, or leaves, or torn along a seam.
 enum { MESH_UNSEEN = 2 };
-static inline void mesh_orient(const mesh *m, const mesh_edge *edge, const uint32_t *edge_of, uint32_t *list,
+static inline void mesh_orient(const triangle_mesh *m, const mesh_edge *edge, const uint32_t *edge_of, uint32_t *list,
                                unsigned char *flip) {
     uint32_t objects = 0;
     for (uint32_t seed = 0; seed < m->triangles; seed++) {
@@ -147,7 +147,7 @@ static inline void mesh_orient(const mesh *m, const mesh_edge *edge, const uint3
     }
 }
 
-static inline const char *mesh_find_outside(mesh *m) {
+static inline const char *mesh_find_outside(triangle_mesh *m) {
     size_t corners = 3 * (size_t)m->triangles;
     mesh_set set;
     int good = mesh_set_new(&set, corners);
@@ -180,7 +180,7 @@ static inline const char *mesh_find_outside(mesh *m) {
 // ---- Shading normals: at each corner the mean of the faces about the vertex, weighted by their angles there, as far
 // as they are not beyond a crease
 
-static inline double mesh_angle(const mesh *m, uint32_t corner) {
+static inline double mesh_angle(const triangle_mesh *m, uint32_t corner) {
     const uint32_t *c = m->corner + 3 * (size_t)(corner / 3);
     uint32_t i = corner % 3;
     mesh_vector a = mesh_between(m->position[c[i]], m->position[c[(i + 1) % 3]]);
@@ -188,7 +188,7 @@ static inline double mesh_angle(const mesh *m, uint32_t corner) {
     return atan2(sqrt(mesh_dot(n, n)), mesh_dot(a, b));
 }
 
-static inline void mesh_smooth_vertex(mesh *m, const uint32_t *list, uint32_t count) {
+static inline void mesh_smooth_vertex(triangle_mesh *m, const uint32_t *list, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         sss_vec3 own = mesh_normal(m, list[i] / 3), sum = count > MESH_CROWD ? own : scene_vec(0.0f, 0.0f, 0.0f);
         for (uint32_t j = 0; j < count && count <= MESH_CROWD; j++) {
@@ -199,7 +199,7 @@ static inline void mesh_smooth_vertex(mesh *m, const uint32_t *list, uint32_t co
     }
 }
 
-static inline const char *mesh_smooth(mesh *m) {
+static inline const char *mesh_smooth(triangle_mesh *m) {
     size_t corners = 3 * (size_t)m->triangles;
     uint32_t *first = (uint32_t *)calloc((size_t)m->vertices + 1, sizeof *first);
     uint32_t *list = (uint32_t *)malloc(corners * sizeof *list);
@@ -245,7 +245,7 @@ static inline int mesh_bounds(const float *xyz, size_t vertices, const uint32_t 
 
 // The vertices at their new place, those at the same place as one; which of them each triangle has. A triangle with
 // less than three of them, or with the same three as another, is left out.
-static inline void mesh_weld(mesh *m, mesh_set *places, mesh_set *faces, const float *xyz, size_t vertices,
+static inline void mesh_weld(triangle_mesh *m, mesh_set *places, mesh_set *faces, const float *xyz, size_t vertices,
                              const uint32_t *corner, size_t triangles, const double from[3]) {
     for (size_t i = 0; i < triangles; i++) {
         uint32_t v[3], *kept = m->corner + 3 * (size_t)m->triangles;
@@ -270,7 +270,7 @@ static inline void mesh_weld(mesh *m, mesh_set *places, mesh_set *faces, const f
     m->left_out = (uint32_t)(triangles - m->triangles);
 }
 
-static inline void mesh_free(mesh *m) {
+static inline void mesh_free(triangle_mesh *m) {
     free(m->position);
     free(m->corner);
     free(m->shading);
@@ -280,7 +280,7 @@ static inline void mesh_free(mesh *m) {
 
 // From vertices, three numbers each, and triangles, three vertices each: NULL, or what is wrong. It stands on y = 0
 // with its middle on the y axis.
-static inline const char *mesh_make(mesh *m, const float *xyz, size_t vertices, const uint32_t *corner,
+static inline const char *mesh_make(triangle_mesh *m, const float *xyz, size_t vertices, const uint32_t *corner,
                                     size_t triangles) {
     double low[3], high[3], from[3], diagonal = 0.0;
     mesh_set places = {NULL, 0, 0, NULL}, faces = {NULL, 0, 0, NULL};

@@ -5,7 +5,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "model"
-#include "command.h"
+#include "demos/common/command.h"
 #include "rivals.h"
 
 #define SEAM_SIDE  200   // pixels

@@ -1,14 +1,14 @@
-// sss_layout.h - every struct that host and device share, field by field; C99 and OpenCL C 1.2.
+// layout.h - every struct that host and device share, field by field; C99 and OpenCL C 1.2.
 // SPDX-License-Identifier: MIT
 //
-// The kernel `sss_layout` and the test expand this one list, each with its own compiler, and must agree on
+// The kernel `layout` and the test expand this one list, each with its own compiler, and must agree on
 // every number. SIZE(type) stands for sizeof, FIELD(type, field) for an offset. A sss_resampler is not shared: it
 // lives on one of the two, with as many lanes as suit there.
-#ifndef SSS_LAYOUT_H
-#define SSS_LAYOUT_H
+#ifndef LAYOUT_H
+#define LAYOUT_H
 
 // clang-format off
-#define SSS_LAYOUT_LIBRARY(SIZE, FIELD)                                                                      \
+#define LAYOUT_LIBRARY(SIZE, FIELD)                                                                      \
     SIZE(sss_vec3) FIELD(sss_vec3, x) FIELD(sss_vec3, y) FIELD(sss_vec3, z)                                  \
     SIZE(sss_medium) FIELD(sss_medium, dipole) FIELD(sss_medium, albedo) FIELD(sss_medium, length)           \
     FIELD(sss_medium, zv) FIELD(sss_medium, sigma) FIELD(sss_medium, flux) FIELD(sss_medium, fluence)        \
@@ -18,7 +18,7 @@
     SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction) FIELD(sss_probe, length)            \
     SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)
 
-#define SSS_LAYOUT_TRACER(SIZE, FIELD)                                                                       \
+#define LAYOUT_TRACER(SIZE, FIELD)                                                                       \
     SIZE(scene_shape) FIELD(scene_shape, kind) FIELD(scene_shape, rounding) FIELD(scene_shape, area)         \
     FIELD(scene_shape, center) FIELD(scene_shape, axis) FIELD(scene_shape, extent)                           \
     FIELD(scene_shape, inverse_extent)                                                                       \
@@ -35,6 +35,20 @@
     FIELD(tracer_result, shaded)
 
 // clang-format on
-#define SSS_LAYOUT(SIZE, FIELD) SSS_LAYOUT_LIBRARY(SIZE, FIELD) SSS_LAYOUT_TRACER(SIZE, FIELD)
+#define LAYOUT(SIZE, FIELD) LAYOUT_LIBRARY(SIZE, FIELD) LAYOUT_TRACER(SIZE, FIELD)
+
+#ifdef __OPENCL_VERSION__
+// Sizes and offsets of all shared structs, in the order of the list.
+#define LAYOUT_SIZE(type) out[i++] = (uint)sizeof(type);
+#define LAYOUT_FIELD(type, field)                                                                                  \
+    {                                                                                                                  \
+        type it;                                                                                                       \
+        out[i++] = (uint)((char *)&it.field - (char *)&it);                                                            \
+    }
+__kernel void layout(__global uint *out) {
+    int i = 0;
+    LAYOUT(LAYOUT_SIZE, LAYOUT_FIELD)
+}
+#endif
 
 #endif

@@ -1,4 +1,4 @@
-# chart.gp - the charts, from what chart.awk makes: gnuplot -e "out='build/chart'" demos/chart.gp
+# chart.gp - the charts, from what chart.awk makes: gnuplot -e "out='build/chart'" demos/study/chart.gp
 # SPDX-License-Identifier: MIT
 set encoding utf8
 load out."-titles.gp"

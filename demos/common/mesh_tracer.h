@@ -16,13 +16,13 @@
 #include <embree3/rtcore.h>
 #include <stdio.h>
 
-#include "mesh.h"
+#include "triangle_mesh.h"
 #include "tracer.h"
 
 enum { MESH_OBJECT = 0, MESH_FLOOR = 1, MESH_NOTHING = 2 }; // geometry ids
 
 typedef struct mesh_world {
-    mesh m;
+    triangle_mesh m;
     scene s; // without shapes
     RTCDevice device;
     RTCScene rays;

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #define COMMAND "chart"
-#include "command.h"
+#include "demos/common/command.h"
 #include "rivals.h"
 
 #define CHART_SCENES  5

@@ -13,7 +13,7 @@
 
 #include <math.h>
 
-#include "tracer.h"
+#include "demos/common/tracer.h"
 
 #define WALK_MAX_SCATTERINGS 100000 // a guard against media without absorption; no walk of ours comes near
 

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tracer.h"
+#include "demos/common/tracer.h"
 
 #define CLOUD_LEAF  8  // points
 #define CLOUD_DARTS 12 // thrown for each point that is wanted
