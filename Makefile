@@ -30,7 +30,7 @@ SCRIPTS  := $(wildcard tests/test_*.sh)
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
-    mix chart failures bench tutorial tutorial-html install clean
+    mix chart failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -48,7 +48,7 @@ help:
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
 	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
-	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
+	@echo 'make page          the tutorial as one page with live figures: build/page/index.html (make setup-page first)'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
 	@echo 'make clean         remove build/'
@@ -159,8 +159,23 @@ failures: build/failures
 tutorial:
 	tutorial/make.sh
 
-tutorial-html: | build
-	tutorial/page.sh > build/tutorial.html || { rm -f build/tutorial.html; exit 1; }
+# ---- The live page: the tutorial's text, and figures that the header itself drives, compiled to WebAssembly.
+.PHONY: page page-stills setup-page
+PAGE := clang lld pandoc webp python3 chromium chromium-driver
+
+setup-page:
+	@$(MAKE) --no-print-directory setup PACKAGES='$(PAGE)'
+
+page: | build
+	tutorial/page/build.sh
+
+page-stills: page
+	python3 tutorial/page/stills.py
+
+# Figure 7 as a native program, for tests/page.py: its mean has the same bits.
+build/page/figures: tutorial/page/figures.c sss_resample.h
+	@mkdir -p build/page
+	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
 # Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
 test test-long:

@@ -38,6 +38,9 @@ class Browser:
                   "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
         answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
         self.session = "/session/" + answer["sessionId"]
+        self.open("about:blank")
+        time.sleep(0.5)
+        self.log("performance")  # what the first tab asked for is not the page's
 
     def call(self, method, path, body=None):
         data = None if body is None else json.dumps(body).encode()

@@ -124,6 +124,10 @@ static double tally_variance(const tally *t) { // relative: over the square of t
     double mean = tally_mean(t);
     return mean > 0 ? t->squares / t->count / (mean * mean) - 1 : 0;
 }
+static double tally_error(const tally *t) { // one standard error of the mean
+    double mean = tally_mean(t);
+    return t->count > 0 ? __builtin_sqrt((t->squares / t->count - mean * mean) / t->count) : 0;
+}
 
 // ---- Figure 1: a walk through a half space, depth downwards
 
@@ -334,6 +338,9 @@ void tilt_run(int count) {
 }
 EXPORT(tilt_energy)
 double tilt_energy(int cosine) { return tally_mean(cosine ? &tilt_with : &tilt_without); }
+// One standard error of it.
+EXPORT(tilt_error)
+double tilt_error(int cosine) { return tally_error(cosine ? &tilt_with : &tilt_without); }
 EXPORT(tilt_count)
 double tilt_count(void) { return tilt_with.count; }
 
@@ -410,6 +417,8 @@ void crease_run(int count) {
 }
 EXPORT(crease_mean)
 double crease_mean(void) { return tally_mean(&crease_tally); }
+EXPORT(crease_error)
+double crease_error(void) { return tally_error(&crease_tally); }
 EXPORT(crease_variance)
 double crease_variance(void) { return tally_variance(&crease_tally); }
 EXPORT(crease_largest)
@@ -657,6 +666,8 @@ void hint_run(int count) {
 }
 EXPORT(hint_mean)
 double hint_mean(void) { return tally_mean(&hint_tally); }
+EXPORT(hint_error)
+double hint_error(void) { return tally_error(&hint_tally); }
 EXPORT(hint_variance)
 double hint_variance(void) { return tally_variance(&hint_tally); }
 EXPORT(hint_count)

@@ -46,7 +46,6 @@ define("hero", (f) => {
             g.fillRect(0, 0, w, h);
             reach.forEach((d, i) => paint_ball(g, picture, 1 + i, w / 2 + (i - 1) * step, h / 2, Math.min(0.38 * h, 0.42 * step), f.scale, way));
         },
-        state: () => ({ turn }),
     };
 });
 define("ball", (f) => {
@@ -154,6 +153,7 @@ define("ball", (f) => {
             const to = [sun[0] + 0.06 * dx, sun[1] - 0.06 * dy], k = Math.min(1, 1.36 / Math.hypot(...to));
             sun = to.map((x) => x * k);
         },
+        places,
         state: () => ({ sun }),
     };
 });

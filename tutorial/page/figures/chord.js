@@ -57,6 +57,11 @@ define("chord", (f) => {
         all.box = wide ? { x: 2 * w + 62, y: 40, w: f.w - 2 * w - 84, h: f.h - 96 } : { x: 48, y: h + 40, w: f.w - 64, h: f.h - h - 90 };
         return all;
     };
+    // Where the patch or the entry is in one of the two panels.
+    const entry_at = (p) => {
+        const [x, z] = is_patch() ? place : [width.value * Math.sqrt(1 - entry * entry), entry];
+        return [p.x + x * p.r, p.y - z * p.r];
+    };
     const scatter = (way, hits) => {
         const cw = Math.round(f.w * f.scale), ch = Math.round(f.h * f.scale), b = places().box;
         if (cloud.width !== cw || cloud.height !== ch) Object.assign(cloud, { width: cw, height: ch });
@@ -85,7 +90,7 @@ define("chord", (f) => {
         g.restore();
         const tx = Math.cos(angle * degree) * size, tz = -Math.sin(angle * degree) * size;
         line(g, [at(place[0] - tx, place[1] - tz), at(place[0] + tx, place[1] + tz)], c.ink, 5);
-        handle(g, ...at(...place), c);
+        handle(g, ...entry_at(p), c);
         const [x, y] = at(place[0] + 0.3 * Math.sin(angle * degree), place[1] + 0.3 * Math.cos(angle * degree));
         line(g, [at(...place), [x, y]], c.accent, 2);
         dot(g, x, y, 5, c.paper, c.accent);
@@ -116,7 +121,7 @@ define("chord", (f) => {
         g.globalAlpha = 0.8;
         spike[way].hits.forEach((hit) => dot(g, ...at(hit.x, hit.z), clamp(3 * Math.sqrt(hit.weight), 1.5, 50), colour, c.paper));
         g.globalAlpha = 1;
-        handle(g, ...at(width.value * Math.sqrt(1 - entry * entry), entry), c);
+        handle(g, ...entry_at(p), c);
         write(g, way ? "disks" : "chords", p.x - p.w / 2 + 12, 20, colour, "left", 14, 700, c.air);
         g.restore();
     };
@@ -161,8 +166,10 @@ define("chord", (f) => {
             numbers.d.set(fixed(C.spike_mean(0), 3));
         },
         grabs(x, y) {
-            return places().some((p) => is_patch() ? Math.hypot(x - p.x, y - p.y) < p.r
-                : Math.hypot(x - p.x - width.value * Math.sqrt(1 - entry * entry) * p.r, y - p.y + entry * p.r) < 50);
+            return places().some((p) => {
+                const [ex, ey] = entry_at(p);
+                return Math.hypot(x - ex, y - ey) < 50;
+            });
         },
         drag(x, y, first) {
             const list = places(), p = list[first ? (x < (list[0].x + list[1].x) / 2 ? 0 : 1) : this.panel];
@@ -192,6 +199,7 @@ define("chord", (f) => {
             restart();
         },
         begin: restart(),
-        state: () => ({ place, angle, rate, entry }),
+        handle: () => entry_at(places()[0]),
+        state: () => ({ place, angle, entry }),
     };
 });

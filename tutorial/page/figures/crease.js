@@ -52,6 +52,10 @@ define("crease", (f) => {
         const box = wide ? { x: w + 70, y: 40, w: f.w - w - 92, h: f.h - 96 } : { x: 48, y: h + 40, w: f.w - 64, h: f.h - h - 90 };
         return { wide, w, h, box, cx: w / 2, cy: 0.66 * h, unit: 0.5 * w };
     };
+    const entry_at = () => {
+        const p = places(), half = opening.value / 2 * degree;
+        return [p.cx - from_edge * Math.sin(half) * p.unit, p.cy - from_edge * Math.cos(half) * p.unit];
+    };
     const axis_x = { from: 0.003, to: 6, log: true, ticks: [0.01, 0.1, 1], title: "distance from the entry" };
     const axis_y = { from: 0.1, to: 1000, log: true, ticks: [0.1, 1, 10, 100, 1000], title: "weight of a hit" };
 
@@ -98,7 +102,7 @@ define("crease", (f) => {
             g.globalAlpha = 0.85;
             drawn.hits.forEach((hit) => dot(g, ...at(hit.x, hit.z), clamp(3.2 * Math.sqrt(hit.weight), 1.5, 60), hit.weight > bound ? c.orange : c.blue, c.paper));
             g.globalAlpha = 1;
-            const [ex, ey] = at(-from_edge * Math.sin(half), from_edge * Math.cos(half));
+            const [ex, ey] = entry_at();
             handle(g, ex, ey, c);
             write(g, "entry", ex, ey - 24, c.accent, "center", 13, 600, c.air);
             write(g, "probes, and hits of area weight", 12, p.h - 18, c.ink, "left", 13, 400, c.wax);
@@ -120,9 +124,8 @@ define("crease", (f) => {
         },
 
         grabs(x, y) {
-            const p = places();
-            return x < p.w && y < p.h && Math.hypot(x - p.cx + from_edge * Math.sin(opening.value / 2 * degree) * p.unit,
-                y - p.cy + from_edge * Math.cos(opening.value / 2 * degree) * p.unit) < 50;
+            const [ex, ey] = entry_at();
+            return Math.hypot(x - ex, y - ey) < 50;
         },
         drag(x, y) {
             const p = places();
@@ -136,6 +139,8 @@ define("crease", (f) => {
             restart();
         },
         begin: restart(),
-        state: () => ({ from_edge, exact }),
+        state: () => ({ from_edge }),
+        handle: entry_at,
+        exact: () => exact,
     };
 });

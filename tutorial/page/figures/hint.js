@@ -80,9 +80,9 @@ define("hint", (f) => {
         work() {
             if (C.hint_count() >= most) return false;
             let left = clamp(Math.round(0.06 * C.hint_count()), 100, 1e5);
-            spend(5, () => (C.hint_run(left > 0 ? Math.min(left, 250) : 0), (left -= 250)));
+            spend(4, () => (C.hint_run(left > 0 ? Math.min(left, 250) : 0), (left -= 250)));
             const n = C.hint_count(), step = trace.length ? trace[trace.length - 1][0] * 1.08 : 0;
-            if (n > step) trace.push([n, C.hint_mean(), Math.sqrt(C.hint_variance() / n) * C.hint_mean()]);
+            if (n > step) trace.push([n, C.hint_mean(), C.hint_error()]);
         },
         draw(g, w, h) {
             const c = f.c, p = places();
@@ -114,8 +114,7 @@ define("hint", (f) => {
             write(g, "truth", p.box.x + p.box.w, q.y(exact) - 12, c.blue, "right", 13, 600, c.panel);
         },
         show() {
-            const error = Math.sqrt(C.hint_variance() / C.hint_count()) * C.hint_mean();
-            const sigmas = Math.abs(C.hint_mean() - exact) / error, share = C.hint_mean() / exact - 1;
+            const sigmas = Math.abs(C.hint_mean() - exact) / C.hint_error(), share = C.hint_mean() / exact - 1;
             const wrong = C.hint_count() > 20000 && sigmas > 5 && Math.abs(share) > 0.01;
             mean.set(fixed(C.hint_mean(), 4), wrong);
             truth.set(fixed(exact, 4));
@@ -138,6 +137,10 @@ define("hint", (f) => {
             else return false;
         },
         begin: restart(),
-        state: () => ({ mean: C.hint_mean(), variance: C.hint_variance(), exact, plain_variance }),
+        handle() {
+            const p = places().right;
+            return [p.x + 0.6 * p.side, p.y + 0.7 * p.side];
+        },
+        state: () => ({ guess: Array.from(guess()), exact }),
     };
 });

@@ -134,6 +134,6 @@ define("pick", (f) => {
             else return false;
         },
         begin: restart(),
-        state: () => ({ picks: C.pick_count(), difference: difference() }),
+        state: () => ({ m: count_m() }),
     };
 });
