@@ -160,7 +160,7 @@ tutorial:
 	tutorial/make.sh
 
 # ---- The live page: the tutorial's text, and figures that the header itself drives, compiled to WebAssembly.
-.PHONY: page page-stills setup-page
+.PHONY: page page-stills setup-page drawings
 PAGE := clang lld pandoc webp python3 chromium chromium-driver
 
 setup-page:
@@ -168,6 +168,9 @@ setup-page:
 
 page: | build
 	tutorial/page/build.sh
+
+drawings:
+	python3 tutorial/drawings/draw.py
 
 page-stills: page
 	python3 tutorial/page/stills.py

@@ -1,9 +1,11 @@
 """Drives build/page/index.html in Chromium and checks what the page promises. Speaks TAP; run by tests/test_page.sh.
 Statistical checks have a limit of 5 standard errors: one false alarm in 1.7 million. SPDX-License-Identifier: MIT"""
+import filecmp
 import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 
 sys.path.insert(0, "tutorial/page")
@@ -57,6 +59,16 @@ def check_file():
     check("all formulas are shown", written > 50 and shown == written, f"{written} written, {shown} shown")
     pictures = len(re.findall(r'<img\s[^>]*src="data:', text)) - 1  # one more stands at the top
     check("all figures are shown", figures >= 10 and pictures == figures, f"{figures} written, {pictures} shown")
+
+
+def check_drawings():
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "tutorial/drawings/draw.py", folder], check=True)
+        drawn = sorted(os.listdir(folder))
+        kept = sorted(name for name in os.listdir("tutorial/drawings") if name.endswith(".svg"))
+        same = drawn == kept and all(filecmp.cmp(os.path.join(folder, name), "tutorial/drawings/" + name, shallow=False)
+                                     for name in drawn)
+        check("the drawings are those that the program draws", len(drawn) > 0 and same, f"{drawn}, {kept}: make drawings")
 
 
 # ---- The page in Chromium
@@ -277,6 +289,7 @@ def open_page(browser, *view, **more):
 
 def main():
     check_file()
+    check_drawings()
     browser = Browser()
     try:
         open_page(browser, 1440, 1000)

@@ -35,7 +35,7 @@ part() {
     sed -e '/^```math$/,/^```$/s/^```\(math\)\{0,1\}$/$$/' -e 's/<!-- [^>]* -->//g' \
         -e "1s/\$/ {#$1}/" -e "s|](figure\.png)|]($out/pictures/$1.webp)|" \
         -e 's|^!\[\(.*\)\](../page/still/\([a-z]*\)\.webp)$|<figure class="live" id="live-\2"><img src="tutorial/page/still/\2.webp" alt="\1"><figcaption>\1</figcaption></figure>|' \
-        -e 's|](../drawings/|](tutorial/drawings/|g' \
+        -e 's|^!\[\(.*\)\](../drawings/\([a-z]*\)\.svg)$|<figure class="drawing"><img src="tutorial/drawings/\2.svg" alt="\1"></figure>|' \
         -e 's|](../../|](../|g' -e 's|](../README\.md)|](#contents)|g' \
         -e 's|](\(\.\./\)\{0,1\}\([a-z]*\)/README\.md)|](#\2)|g' -e 's|](tutorial\.h)|](../tutorial/tutorial.h)|' "$2"
     echo

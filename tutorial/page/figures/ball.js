@@ -16,7 +16,7 @@ const paint_ball = (g, picture, ball, x, y, radius, scale, sun) => {
 
 define("hero", (f) => {
     const C = live.C, picture = document.createElement("canvas"), reach = [0, 0.9, 2.8];
-    let turn = 2.5, held = null;
+    let turn = 2.4, held = null;
     f.head.remove();
     f.controls.remove();
     f.list.remove();
@@ -41,7 +41,7 @@ define("hero", (f) => {
         },
         draw(g, w, h) {
             const sun = held || [Math.cos(turn), 0.35 + 0.25 * Math.sin(0.7 * turn)], step = Math.min(w / 3, 1.25 * h);
-            const way = towards([clamp(1.15 * sun[0], -1.25, 1.25), clamp(sun[1], -0.8, 0.8)]);
+            const way = towards([clamp(sun[0], -1.25, 1.25), clamp(sun[1], -0.8, 0.8)]);
             g.fillStyle = "#17161b";
             g.fillRect(0, 0, w, h);
             reach.forEach((d, i) => paint_ball(g, picture, 1 + i, w / 2 + (i - 1) * step, h / 2, Math.min(0.38 * h, 0.42 * step), f.scale, way));

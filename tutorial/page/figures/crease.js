@@ -5,12 +5,12 @@ define("crease", (f) => {
     let from_edge = 0.25, drawn = { probes: [], hits: [] }, wait = 0, exact = 1;
     const cloud = document.createElement("canvas");
 
-    f.title("Axes and colours in a crease", "Probes along one axis graze the other wall: their hits are rare and weigh " +
-        "hundreds. Add the two tangents, and no weight passes 12. Then take red away: its far light is found by chance alone.",
+    f.title("Axes and colours in a crease", "Probes along one axis graze the other wall: their hits are rare and heavy. " +
+        " Add the two tangents, and no weight passes 12. Then take red away: its far light is found by chance alone.",
         "Keys: left and right move the entry along the wall, up and down open the crease.");
     const axes = [f.check("normal axis", true, (b) => keep(b, axes)), f.check("two tangents", false, (b) => keep(b, axes))];
     const colours = names.map((n) => f.check(n, true, (b) => keep(b, colours)));
-    const opening = f.slider("angle of the crease", 50, 180, 95, { digits: 0, unit: "°", change: () => restart() });
+    const opening = f.slider("angle of the crease", 50, 180, 92, { digits: 0, unit: "°", change: () => restart() });
     const largest = f.number("largest weight", "orange"), variance = f.number("variance, relative");
     const mean = f.number("mean"), truth = f.number("exact"), count = f.number("probes");
     // One of a row stays on.

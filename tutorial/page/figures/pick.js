@@ -79,7 +79,8 @@ define("pick", (f) => {
                 write(g, "picked", x, y + (y > p.cy ? 1 : -1) * (clamp(size * Math.sqrt(hits[held].weight), 4, 0.4 * p.r) + 18), c.orange, "center", 13, 700, c.air);
             }
             dot(g, ...at(0, 1), 5, c.ink, c.paper);
-            write(g, "entry x", p.cx - 0.2 * p.r, p.cy - p.r - 12, c.ink, "right", 13, 600, c.air);
+            line(g, [at(0, 0.95), at(0, 0.42)], c.ink, 1);
+            write(g, "entry x", p.cx, p.cy - 0.34 * p.r, c.ink, "center", 13, 600, c.wax);
             g.restore();
 
             // The weights side by side, and a pointer that falls on one of them.
