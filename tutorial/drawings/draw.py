@@ -8,8 +8,8 @@ import sys
 
 STYLE = """
 svg { color-scheme: light dark; }
-text { font: 15px system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif; fill: #231f1a; }
-.small { font-size: 13px; fill: #6b6257; }
+text { font: 19px system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif; fill: #231f1a; }
+.small { font-size: 16px; fill: #6b6257; }
 .it { font-style: italic; }
 .b { font-weight: 600; }
 .ink { stroke: #231f1a; } .soft { stroke: #9b9084; } .blue { stroke: #00639c; } .orange { stroke: #c65a00; }
@@ -100,8 +100,8 @@ def points():
         s.path([(sun[0] + 19 * c, sun[1] + 19 * q), (sun[0] + 26 * c, sun[1] + 26 * q)], "line orange")
     for at in (x, y):
         s.dot(at, 6, "f-ink")
-    s.text(x[0] - 10, x[1] + 32, "x, the entry", "b", "end")
-    s.text(y[0] + 10, y[1] + 32, "y, the exit", "b")
+    s.text(x[0] - 10, x[1] + 48, "x, the entry", "b", "end")
+    s.text(y[0] + 10, y[1] + 48, "y, the exit", "b")
     s.text(320, 26, "camera path: in at x, out at y", "b f-blue", "middle")
     s.text(320, 48, "light: in at y, out at x", "b f-orange", "middle")
     s.text(320, 318, "The profile knows the distance |y - x| alone: both ways are the same to it.", "small", "middle")
@@ -128,11 +128,11 @@ def shadow():
     m = (0.5 * (a + b), top(0.5 * (a + b)))
     k = 70 / math.hypot(1, slope)
     s.arrow(m, (m[0] + k * slope, m[1] - k), "ink")
-    s.text(m[0] + k * slope + 8, m[1] - k + 4, "n<tspan baseline-shift='sub' font-size='11'>y</tspan>", "it b")
+    s.text(m[0] + k * slope + 8, m[1] - k + 4, "n<tspan baseline-shift='sub' font-size='13'>y</tspan>", "it b")
     s.dot(x, 6, "f-ink")
     s.text(x[0] - 12, x[1] + 26, "x", "it b", "end")
-    s.text(70, 46, "the disk about x, seen from its side")
-    s.text(0.5 * (a + b), 46, "|n·n<tspan baseline-shift='sub' font-size='11'>y</tspan>| dA", "b f-blue", "middle")
+    s.text(70, 46, "the disk about x")
+    s.text(0.5 * (a + b), 46, "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dA", "b f-blue", "middle")
     s.text(m[0] - 34, m[1] + 34, "dA", "b f-blue", "end")
     return s
 
@@ -157,10 +157,11 @@ def radii():
     s.text(400, 28, "probe, along the axis")
     s.text(152, 286, "axis", "", "end")
     s.text(262, 112, "r", "it b f-blue", "end")
-    s.text(280, y[1] + 22, "r<tspan baseline-shift='sub' font-size='11'>a</tspan>", "it b f-orange")
-    s.text(414, 84, "r: what the profile weighs", "b f-blue")
-    s.text(414, 108, "r<tspan baseline-shift='sub' font-size='11'>a</tspan>: where the probe", "b f-orange")
-    s.text(414, 128, "was drawn", "b f-orange")
+    s.text(280, y[1] + 22, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>", "it b f-orange")
+    s.text(420, 78, "r: what the", "b f-blue")
+    s.text(420, 101, "profile weighs", "b f-blue")
+    s.text(420, 136, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>: where the", "b f-orange")
+    s.text(420, 159, "probe was drawn", "b f-orange")
     return s
 
 
@@ -196,12 +197,12 @@ def axes():
     s.text(go(x, n, 88)[0] + 4, go(x, n, 88)[1] + 4, "n", "it b")
     s.text(go(x, t, 84)[0] - 4, go(x, t, 84)[1] + 20, "t", "it b")
     s.text(x[0] - 42, x[1] + 22, "b", "it b")
-    s.text(450, 92, "along n, chance 1/2:", "b f-orange")
-    s.text(450, 112, "grazes the other wall")
-    s.text(450, 152, "along t, chance 1/4:", "b f-blue")
-    s.text(450, 172, "meets it squarely")
-    s.text(450, 212, "along b, chance 1/4:", "b")
-    s.text(450, 232, "out of the page")
+    s.text(426, 88, "along n: 1/2", "b f-orange")
+    s.text(426, 111, "grazes the other wall")
+    s.text(426, 151, "along t: 1/4", "b f-blue")
+    s.text(426, 174, "meets it squarely")
+    s.text(426, 214, "along b: 1/4", "b")
+    s.text(426, 237, "out of the page")
     return s
 
 
@@ -232,7 +233,7 @@ def sphere():
     slope = 0.0022 * (y[0] - 260)
     k = 60 / math.hypot(1, slope)
     s.arrow(y, (y[0] + k * slope, y[1] - k), "ink")
-    s.text(y[0] + k * slope + 8, y[1] - k + 6, "n<tspan baseline-shift='sub' font-size='11'>y</tspan>", "it b")
+    s.text(y[0] + k * slope + 8, y[1] - k + 6, "n<tspan baseline-shift='sub' font-size='13'>y</tspan>", "it b")
     s.arrow(x, (260, 12), "ink")
     s.text(268, 24, "n", "it b")
     s.dot(x, 6, "f-ink")
@@ -242,8 +243,8 @@ def sphere():
     s.text(250, 126, "h", "it b f-orange", "end")
     s.text(y[0] - 12, y[1] - 14, "y", "it b", "end")
     s.text(396, 160, "w", "it b f-blue")
-    s.text(448, 214, "|n<tspan baseline-shift='sub' font-size='11'>y</tspan>·w| dA / |y - o|²", "b f-blue")
-    s.text(448, 236, "is the angle that dA fills", "small")
+    s.text(424, 216, "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·w| dA / |y - o|²", "b f-blue")
+    s.text(424, 240, "is the angle that dA fills", "small")
     return s
 
 
@@ -277,12 +278,12 @@ def chord():
     s.text(centre[0] - 12, centre[1] - 12, "x", "it b", "end")
     s.dot(y, 6, "f-ink")
     s.text(y[0] + 12, y[1] - 8, "y", "it b")
-    s.text(340, 60, "Two uniform points of the sphere,", "")
-    s.text(340, 80, "and the segment between them.", "")
-    s.text(340, 116, "It crosses a piece dA inside", "b f-blue")
-    s.text(340, 136, "with the chance dA / (2π ρ²),", "b f-blue")
-    s.text(340, 156, "wherever dA is,", "b f-blue")
-    s.text(340, 176, "however it is turned.", "b f-blue")
+    s.text(340, 60, "Two uniform points of", "")
+    s.text(340, 84, "the sphere, joined.", "")
+    s.text(340, 124, "It crosses a piece dA", "b f-blue")
+    s.text(340, 148, "with the chance", "b f-blue")
+    s.text(340, 172, "dA / (2π ρ²), wherever", "b f-blue")
+    s.text(340, 196, "and however it lies.", "b f-blue")
     return s
 
 
@@ -296,8 +297,8 @@ def reservoir():
         held = i if take else held
         s.dot((at, 84), r, "f-orange" if take else "f-blue half")
         s.text(at, 132, f"w = {w:g}", "", "middle")
-        s.text(at, 154, f"W = {total:.1f}", "", "middle")
-        s.text(at, 176, f"chance {round(100 * w / total)} %", "small", "middle")
+        s.text(at, 156, f"W = {total:.1f}", "", "middle")
+        s.text(at, 178, f"chance {round(100 * w / total)} %", "small", "middle")
         s.dot((at, 212), 13, "line ink")
         s.text(at, 217, str(held + 1), "b", "middle")
         if i:
@@ -308,7 +309,7 @@ def reservoir():
 
 
 def tile():
-    s = Sheet("tile", "The exits of a tile of pixels serve every lookup of the tile", 320)
+    s = Sheet("tile", "The exits of a tile of pixels serve every lookup of the tile", 340)
     dice, entries = random.Random(3), []
     for j in range(4):
         for i in range(4):
@@ -317,7 +318,7 @@ def tile():
             s.path(corner + corner[:1], "line thin soft")
             u, v = 0.25 + 0.5 * dice.random(), 0.25 + 0.5 * dice.random()
             entries.append((60 + 62 * (i + u) + 20 * (j + v), 70 + 50 * (j + v)))
-    y = (478, 178)
+    y = (462, 178)
     for e in entries:
         s.path([y, e], "line thin orange half")
     own = entries[9]
@@ -327,11 +328,11 @@ def tile():
     s.dot(own, 6, "f-blue")
     s.dot(y, 9, "f-orange")
     s.text(60, 40, "the entries of a tile of pixels", "b")
-    s.text(494, 174, "y, one exit:", "b f-orange")
-    s.text(494, 194, "shaded once,", "b f-orange")
-    s.text(494, 214, "weighed for all", "b f-orange")
-    s.text(60, 300, "The lookup that found it", "b f-blue")
-    s.text(268, 300, "and its neighbours: each has its own profile.", "small")
+    s.text(480, 172, "y, one exit:", "b f-orange")
+    s.text(480, 196, "shaded once,", "b f-orange")
+    s.text(480, 220, "weighed for all", "b f-orange")
+    s.text(60, 302, "The lookup that found it", "b f-blue")
+    s.text(60, 326, "and its neighbours, each with its own profile.", "small")
     return s
 
 
