@@ -293,7 +293,7 @@ static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, cons
 static const char *run_lookup(bytes *b, const subject *k, const sss_plan *advised) {
     uint32_t kind = draw(b, 1);
     sss_plan given = any_plan(b);
-    const sss_plan standard = {0, 0, 0, 0}, *plan = kind % 16u == 0u ? NULL : kind % 16u == 1u ? advised : &given;
+    const sss_plan standard = {0, 0, 0, 0, 0, 0}, *plan = kind % 16u == 0u ? NULL : kind % 16u == 1u ? advised : &given;
     sss_vec3 x = kind & 32u ? any_vector(b) : sssi_vec3(unit(b), unit(b), -3.0f * unit(b));
     sss_vec3 n = kind & 64u ? any_vector(b) : sssi_vec3(unit(b) - 0.5f, unit(b) - 0.5f, 1.0f);
     const sss_plan *used = plan ? plan : &standard;

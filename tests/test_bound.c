@@ -185,7 +185,7 @@ static void no_weight_exceeds_the_bound(void **state) {
     for (i = 0; i < MEDIA; ++i) make_subject(&subjects[i], TEST_SEED + 1000000u * (uint64_t)i);
 #pragma omp parallel for schedule(dynamic)
     for (i = 0; i < MEDIA; ++i) {
-        sss_plan plan = {8, 1, 0u, 0};
+        sss_plan plan = {8, 1, 0u, 0, 0, 0};
         plan.techniques = sets[(size_t)i % SETS];
         plan.candidates = 1 + i % 13;
         search(&subjects[i], TEST_SEED + 100000000u * (uint64_t)(i + 1), plan, &found[i]);
@@ -207,7 +207,7 @@ static void no_weight_exceeds_the_bound(void **state) {
 
 /* sup of Rd / (A P): a chord-only plan of one channel has the intensity P / 2. */
 static double sup_of(const sss_medium *m, double length) {
-    const sss_plan plan = {1, 1, SSS_CHORD, 0};
+    const sss_plan plan = {1, 1, SSS_CHORD, 0, 0, 0};
     double albedo = (double)sss_within(m, 0, FLT_MAX), sup = 0.0;
     sss_vec3 up = st_float(st_vec3(0.0, 0.0, 1.0));
     sss_resampler s;

@@ -11,7 +11,7 @@
 #define Z_LIMIT 5.0
 #define BLOCKS  64
 
-static const sss_plan standard = {0, 0, 0u, 0};
+static const sss_plan standard = {0, 0, 0u, 0, 0, 0};
 static int measured = 0;
 
 /* What is lit, and what the lookups are told of it; NULL: nothing. */
@@ -105,7 +105,7 @@ static void lengths_over_24_orders_of_magnitude(void **state) {
    and float32 puts their hits at 1e-7 of that. So the default plan is good for lengths 1e5 apart. */
 static void lengths_far_apart(void **state) {
     static const float albedo[3] = {0.9f, 0.5f, 0.7f}, all[3] = {1e12f, 1.0f, 1e-12f}, some[3] = {1e12f, 3e9f, 1e7f};
-    const sss_plan chords = {8, 1, SSS_CHORD, 0};
+    const sss_plan chords = {8, 1, SSS_CHORD, 0, 0, 0};
     int type;
     (void)state;
     for (type = 0; type < 3; ++type) {
@@ -122,7 +122,7 @@ static void lengths_far_apart(void **state) {
 static void saturated_colours(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, length[3] = {10.0f, 0.1f, 0.001f};
     const st_fixture plane = st_standard(ST_PLANE, st_stay());
-    const sss_plan one = {1, 1, 0u, 0};
+    const sss_plan one = {1, 1, 0u, 0, 0, 0};
     int type, c;
     (void)state;
     for (type = 0; type < 3; ++type) {
@@ -187,7 +187,7 @@ static void many_and_few(void **state) {
         for (exits = 1; exits <= SSS_MAX_EXITS; ++exits) {
             sss_medium m = grey(0, 0.8f, 3.0f, 1.0f);
             st_profile p = st_burley((double)0.8f, 3.0);
-            sss_plan plan = {0, 0, 0u, 0};
+            sss_plan plan = {0, 0, 0u, 0, 0, 0};
             means all;
             plan.candidates = candidates[i];
             plan.exits = exits;

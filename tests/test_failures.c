@@ -88,7 +88,7 @@ static void dipoles_do_not_cancel(void **state) {
    1e-6. Here Rd / (A P) <= SUP, so that E[w^2] <= SUP A E[w]. */
 static void albedo_near_one_stays_calm(void **state) {
     static const double dark[] = {1e-2, 1e-4, 1e-6, 0.0};
-    const sss_plan plan = {1, 1, SSS_DISK, 1};
+    const sss_plan plan = {1, 1, SSS_DISK, 1, 0, 0};
     st_fixture f = st_standard(ST_PLANE, st_stay());
     double worst = 0.0;
     int i, better;
@@ -130,7 +130,7 @@ static double beyond(const sss_medium *m, int chord, double r) {
 static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
     enum { LOOKUPS = 400000 };
     static double r[LOOKUPS];
-    const sss_plan plan = {1, 1, chord ? SSS_CHORD : SSS_DISK, 0};
+    const sss_plan plan = {1, 1, chord ? SSS_CHORD : SSS_DISK, 0, 0, 0};
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
     double worst = 0.0;
     int i, n = 0;
@@ -181,7 +181,7 @@ static void probes_and_density_end_at_the_same_ball(void **state) {
             sss_medium m = k == 0   ? burley(0.8f, 1.0f, 1.0f, 1.0f)
                            : k == 1 ? burley(0.8f, 0.01f, 1.0f, 0.1f)
                                     : dipole(1, 0.1, 0.9, 1.4f);
-            const sss_plan plan = {8, 1, techniques[t], 0};
+            const sss_plan plan = {8, 1, techniques[t], 0, 0, 0};
             double r_max = (double)m.r_max, near_by = 1e-4 * r_max;
             for (seed = 0; seed < 2000u; ++seed) {
                 sss_resampler s;
@@ -212,7 +212,7 @@ static void bodies_smaller_than_the_depth(void **state) {
     (void)state;
     for (i = 0; i < 5; ++i)
         for (t = 0; t < 2; ++t) {
-            const sss_plan plan = {8, 1, sets[t], 0};
+            const sss_plan plan = {8, 1, sets[t], 0, 0, 0};
             st_fixture f = st_standard(bodies[i].kind, st_stay());
             double truth;
             st_stat got[3];
@@ -297,7 +297,7 @@ static float hint_dark(st_vec y, uint32_t seed, int index) {
     return y.x > 0.0 ? 0.0f : 1.0f;
 }
 static void hints_of_zero_drop_their_light_and_no_other(void **state) {
-    const sss_plan plan = {8, 2, 0u, 0};
+    const sss_plan plan = {8, 2, 0u, 0, 0, 0};
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     st_fixture f = st_standard(ST_PLANE, st_stay());
     double albedo = (double)0.8f;
@@ -324,7 +324,7 @@ static void colour_noise_falls_with_exits(void **state) {
     int i, c;
     (void)state;
     for (i = 0; i < 3; ++i) {
-        const sss_plan plan = {256, exits[i], 0u, 0};
+        const sss_plan plan = {256, exits[i], 0u, 0, 0, 0};
         st_stat got[3];
         run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 400u + (uint32_t)i, 12800, got);
         print_message("    %d exits: relative variance %.3f %.3f %.3f\n", exits[i], relative_variance(&got[0]),
@@ -344,7 +344,7 @@ static void sums_of_many_weights_are_kept(void **state) {
     int i;
     (void)state;
     for (i = 0; i < 2; ++i) {
-        const sss_plan plan = {candidates[i], 1, SSS_CHORD, 0};
+        const sss_plan plan = {candidates[i], 1, SSS_CHORD, 0, 0, 0};
         double worst = 0.0;
         uint32_t seed;
         for (seed = 0; seed < (i ? 20u : 5000u); ++seed) {
@@ -371,7 +371,7 @@ static void sums_of_many_weights_are_kept(void **state) {
 /* The pick's largest number, 1 - 2^-24, by seeds that were searched for it: the only hit is held whatever it weighs. */
 static void the_first_hit_is_always_held(void **state) {
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
-    const sss_plan plan = {1, 1, SSS_CHORD | SSS_DISK, 0};
+    const sss_plan plan = {1, 1, SSS_CHORD | SSS_DISK, 0, 0, 0};
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
     uint32_t seed;
     int found = 0, i, held = 0;

@@ -262,7 +262,7 @@ static void totals_on_a_plane(void **state) {
     truth[2] = 1.0 - 1.0 / sqrt(t.r_max * t.r_max + 1.0);
     truth[3] = 0.5;
     for (i = 0; i < 4; ++i) {
-        sss_plan plan = {8, 1, 0u, 0};
+        sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sss_vec3 x, n;
         plan.techniques = techniques[i];
         st_entry(&f, &x, &n);
@@ -286,7 +286,7 @@ static void only_chords_leave_the_ball(void **state) {
     assert_int_equal(sss_burley(&m, albedo, dmfp), SSS_OK);
     for (i = 0; i < 4; ++i)
         for (beyond = 0; beyond < 2; ++beyond) {
-            sss_plan plan = {8, 1, 0u, 0};
+            sss_plan plan = {8, 1, 0u, 0, 0, 0};
             sss_vec3 zero = st_float(st_vec3(0.0, 0.0, 0.0)), up = st_float(st_vec3(0.0, 0.0, 1.0));
             sss_resampler s;
             float mu;

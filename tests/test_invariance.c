@@ -102,7 +102,7 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
             for (t = 0; t < 3; ++t) {
                 st_fixture f = st_standard(t == 0 ? ST_SPHERE : t == 1 ? ST_STACK : ST_EDGE, st_moved());
                 sss_medium m, small;
-                sss_plan plan = {7, 2, 0u, 0};
+                sss_plan plan = {7, 2, 0u, 0, 0, 0};
                 plan.techniques = sets[t];
                 assert_int_equal(make_medium(&m, type, up, 0), SSS_OK);
                 for (seed = 0; seed < LOOKUPS; ++seed) {
@@ -118,7 +118,7 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
 /* ---- Normals ---- */
 static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed, float factor, float entry,
                                sss_exit *exits) {
-    const sss_plan plan = {8, 2, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD, 0};
+    const sss_plan plan = {8, 2, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD, 0, 0, 0};
     sss_resampler s;
     sss_probe probe;
     sss_vec3 x, n;
@@ -201,7 +201,7 @@ static void motions_change_no_mean(void **state) {
     (void)state;
     for (kind = 0; kind < 2; ++kind) {
         st_fixture f = st_standard(kind ? ST_EDGE : ST_SPHERE, st_stay());
-        sss_plan plan = {5, 1, 0u, 0};
+        sss_plan plan = {5, 1, 0u, 0, 0, 0};
         plan.techniques = sets[2 * kind];
         assert_int_equal(make_medium(&m, kind, 1, 0), SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind, 1600000, rest);
@@ -222,7 +222,7 @@ static void colours_in_another_order_have_the_same_means(void **state) {
     for (type = 0; type < 2; ++type) {
         const float albedo[3] = {0.9f, 0.5f, 0.3f}, length[3] = {1.0f, 0.3f, 2.0f};
         st_fixture f = st_standard(ST_SPHERE, st_moved());
-        const sss_plan plan = {8, 1, 0u, 0};
+        const sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sss_medium m;
         assert_int_equal((type ? sss_dipole_from_albedo(&m, albedo, length, 1.3f) : sss_burley(&m, albedo, length)),
                          SSS_OK);

@@ -65,7 +65,7 @@ static void stratified_and_independent_agree(void **state) {
     for (kind = 0; kind < 2 * ST_KINDS; ++kind) {
         st_fixture f = st_standard((st_kind)(kind % ST_KINDS), st_moved());
         st_light *light = kind & 1 ? st_light_spot : st_light_one;
-        sss_plan plan = {8, 1, 0u, 0};
+        sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sample strata, drawn;
         double error, ratio;
         int lookups = f.kind == ST_STACK ? 200000 : 400000;
@@ -103,7 +103,7 @@ static void drawn_counts_bring_no_bias(void **state) {
     grey_burley(&m, albedo, 1.0f);
     for (independent = 0; independent < 2; ++independent)
         for (i = 1; i <= 7; ++i) {
-            sss_plan plan = {0, 1, ALL, 0};
+            sss_plan plan = {0, 1, ALL, 0, 0, 0};
             plan.candidates = i;
             plan.exits = i == 5 ? 4 : i == 6 ? 2 : 1;
             plan.independent = independent;
@@ -120,7 +120,7 @@ static void strata_of_any_number_bring_no_bias(void **state) {
     grey_burley(&m, albedo, 0.3f);
     for (i = 0; i < sizeof counts / sizeof *counts; ++i) {
         st_fixture f = st_standard(ST_CYLINDER, st_moved()), unit = f;
-        sss_plan plan = {0, 1, SSS_CHORD, 0};
+        sss_plan plan = {0, 1, SSS_CHORD, 0, 0, 0};
         unit.size /= (double)0.3f;
         plan.candidates = counts[i];
         no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit), TEST_SEED + 300u + (uint32_t)i);
@@ -188,7 +188,7 @@ static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t nam
 static void probes_are_shared_as_stated(void **state) {
     static const unsigned sets[] = {ALL, SSS_DISK | SSS_CHORD, SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD};
     static const int candidates[] = {1, 2, 3, 4, 5, 6, 7, 8, 13, 16};
-    const sss_plan none = {0, 0, 0u, 0};
+    const sss_plan none = {0, 0, 0u, 0, 0, 0};
     sss_medium m;
     size_t t, i;
     int independent;
@@ -218,7 +218,7 @@ static void ranks_of(const sss_probe *p, int chord, double *radius, double *angl
 }
 static void check_table(const sss_medium *m, unsigned technique, int strata, uint32_t name) {
     static st_stat cells[49];
-    sss_plan plan = {0, 1, 0u, 0};
+    sss_plan plan = {0, 1, 0u, 0, 0, 0};
     uint32_t seed;
     char text[80];
     int i;
@@ -279,7 +279,7 @@ static void variance_follows_the_law(void **state) {
     grey_burley(&m, albedo, 1.0f);
     for (t = 0; t < 2; ++t)
         for (i = 0; i < 5; ++i) {
-            sss_plan plan = {0, 1, 0u, 1};
+            sss_plan plan = {0, 1, 0u, 1, 0, 0};
             double mean, v_s, v_g, expected;
             sample got;
             sss_vec3 x, n;

@@ -53,7 +53,7 @@ static double bench_exponentials(int count) {
 // Whole lookups, a hit for each probe whose line meets the plane z = 0. ns for each candidate.
 static double bench_candidates(const sss_medium *m, bench_case what, int count) {
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
-    sss_plan plan = {what.candidates, 1, what.techniques, 0};
+    sss_plan plan = {what.candidates, 1, what.techniques, 0, 0, 0};
     int lookups = count / what.candidates;
     float sum = 0.0f;
     double start = bench_seconds();

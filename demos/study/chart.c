@@ -86,7 +86,7 @@ static double cpu_seconds(void) { return clock_seconds(CLOCK_THREAD_CPUTIME_ID);
 static void measure_costs(chart_world *w, int entries, int lookups) {
     double sink[3], many = 1e30, few = 1e30;
     rivals_work work = {0, 0};
-    sss_plan plan = {0, 1, 0, 0};
+    sss_plan plan = {0, 1, 0, 0, 0, 0};
     for (int round = 0; round < 3; round++) { // the least of three
         for (int k = 0; k < 2; k++) {
             double start = cpu_seconds();

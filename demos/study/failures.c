@@ -127,7 +127,7 @@ static sss_vec3 normal_at(const scene *s, const method *k, int shape, sss_vec3 x
 }
 // One lookup: the estimate of the integral of Rd E for each channel.
 static void look_up(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed, double value[3]) {
-    sss_plan plan = {k->candidates, 1, k->techniques, 0};
+    sss_plan plan = {k->candidates, 1, k->techniques, 0, 0, 0};
     sss_medium medium = s->medium;
     sss_resampler r;
     sss_probe probe;
@@ -154,7 +154,7 @@ static void look_up(const scene *s, const method *k, tracer_point at, int lit, u
 }
 // The same with the memo's resampling, of candidates whose radii are all drawn for the last channel.
 static void look_up_by_blue(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed, double value[3]) {
-    sss_plan plan = {k->candidates, 1, k->techniques, 0};
+    sss_plan plan = {k->candidates, 1, k->techniques, 0, 0, 0};
     sss_medium medium = s->medium;
     sss_resampler r;
     sss_probe probe;

@@ -62,7 +62,7 @@ static void mix_lookup(const scene *s, const mix_plan *plan, mix_entry at, uint3
     sss_probe probe;
     sss_exit exit;
     scene_hits hits;
-    sss_plan p = {0, 1, 0, 0};
+    sss_plan p = {0, 1, 0, 0, 0, 0};
     p.candidates = plan->candidates;
     p.independent = plan->independent;
     sss_begin(&r, &s->medium, &p, at.position, at.normal, seed);

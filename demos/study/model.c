@@ -153,18 +153,18 @@ static void measure_volumes(const char *out, int walks) {
             for (int i = 0; i < VOLUME_STEPS; i++) {
                 float d = VOLUME_LEAST * powf(VOLUME_MOST / VOLUME_LEAST, (float)i / (VOLUME_STEPS - 1));
                 float albedo[3] = {albedos[a], albedos[a], albedos[a]}, dmfp[3] = {d, d, d};
-                sss_need need = {0.0f, 1.0f, 0.0f};
-                unsigned advice = 0;
+                sss_need need = {0.0f, 1.0f, 0.0f, 0.0f, 0};
+                sss_plan plan;
                 double error, walk, beyond;
                 sss_medium m;
                 walk_medium volume = walk_from_albedo(albedo, dmfp);
                 sss_burley(&m, albedo, dmfp);
-                (void)sss_plan_for(&m, &need, &advice);
+                plan = sss_plan_for(&m, &need);
                 beyond = 1.0 - (double)(sss_within(&m, 0, 2.0f) / albedo[0]);
                 walk = volume_walk(&s, &volume, (uint32_t)(100 * (3 * body + a) + i), walks, &error);
                 fprintf(f, "%s %g %.4g %.4g %.5g %.5g %.2g %.5g %d\n", names[body], (double)albedo[0], (double)d,
                         beyond, volume_profile(&m, body), walk, error, (double)sssi_ball_albedo(&m, 0, 1.0f),
-                        (advice & SSS_ADVICE_VOLUME) != 0);
+                        plan.techniques == SSS_WALK);
             }
             fputc('\n', f);
         }
@@ -188,11 +188,10 @@ static double cpu_now(void) {
 
 // The mean over the channels of `samples` lookups, or of Lambert where that is advised and `planned`.
 static double seam_pixel(rivals_world *w, rivals_entry at, int planned, uint32_t seed, int samples, int *lambert) {
-    sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), 0.0f, 0.0f};
-    unsigned advice = 0;
-    sss_plan plan = sss_plan_for(&w->s.medium, &need, &advice);
+    sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), 0.0f, 0.0f, 0.0f, 0};
+    sss_plan plan = sss_plan_for(&w->s.medium, &need);
     double sum = 0.0;
-    *lambert = (advice & SSS_ADVICE_LAMBERT) != 0;
+    *lambert = plan.techniques == SSS_LAMBERT;
     for (int i = 0; i < samples; i++) {
         double value[3];
         rivals_work work;

@@ -197,9 +197,9 @@ static inline int rivals_build_cloud(rivals_world *w, int points, uint32_t seed)
 
 // The plan of a probe method with that many candidates, or the header's own for the scene's needs.
 static inline sss_plan rivals_plan(const rivals_world *w, const rivals_method *m, int candidates, float footprint) {
-    sss_plan plan = {candidates, 1, m->techniques, m->independent};
-    sss_need need = {footprint, 0.0f, w->shading_cost};
-    return m->kind == RIVALS_PLANNED ? sss_plan_for(&w->s.medium, &need, NULL) : plan;
+    sss_plan plan = {candidates, 1, m->techniques, m->independent, 0, 0};
+    sss_need need = {footprint, 0.0f, w->shading_cost, 0.0f, 0};
+    return m->kind == RIVALS_PLANNED ? sss_plan_for(&w->s.medium, &need) : plan;
 }
 
 static inline void rivals_lookup(const rivals_world *w, const rivals_method *m, const sss_plan *plan, rivals_entry at,

@@ -18,7 +18,6 @@ static const double radius = 0.9;
 static const vec eye = {0, 2.6, 9};
 static sss_medium wax[BALLS];
 static sss_plan plan[BALLS];
-static unsigned advice[BALLS];
 static long probes, lookups;
 
 static sss_vec3 to_sss(vec v) { return (sss_vec3){(float)v.x, (float)v.y, (float)v.z}; }
@@ -62,8 +61,6 @@ static vec scatter(int what, hit *at, const sss_plan *use) {
     sss_exit e;
     hit hits[2];
     if (what == FLOOR) return (vec){floor_albedo, floor_albedo, floor_albedo};
-    if (!use && (advice[what] & SSS_ADVICE_LAMBERT))
-        return (vec){(double)albedo[0], (double)albedo[1], (double)albedo[2]};
     sss_begin(&s, &wax[what], use ? use : &plan[what], to_sss(at->y), to_sss(at->n), (uint32_t)lookups++);
     while (sss_next_probe(&s, &p)) {
         int count = all_hits(what, from_sss(p.origin), from_sss(p.direction), 0, (double)p.length, hits);
@@ -95,12 +92,12 @@ static vec radiance(vec o, vec w) {
 
 // [plan]
 static void choose_plans(void) {
-    sss_need need = {9.0f / WIDTH, (float)radius, (float)shading_cost}; // a pixel is 9 / WIDTH wide where the balls are
+    sss_need need = {9.0f / WIDTH, (float)radius, (float)shading_cost, 0, 0}; // a pixel is 9 / WIDTH wide where the balls are
     for (int i = 0; i < BALLS; i++) {
         float r = (float)free_path[i], dmfp[3] = {r, 0.6f * r, 0.4f * r};
         sss_result result = sss_burley(&wax[i], albedo, dmfp);
         if (result != SSS_OK) fprintf(stderr, "ball %d: %s\n", i, sss_result_string(result)), exit(1);
-        plan[i] = sss_plan_for(&wax[i], &need, &advice[i]);
+        plan[i] = sss_plan_for(&wax[i], &need);
     }
 }
 // [/plan]
@@ -135,7 +132,8 @@ int main(int argc, char **argv) {
         const char *name = plan[i].techniques == SSS_DISK ? "one disk" : "default mix";
         double kept = (double)sss_within(&wax[i], 0, 2 * (float)radius) / (double)albedo[0];
         double least = variance(i, NULL), by_default = variance(i, &standard);
-        if (advice[i]) name = advice[i] & SSS_ADVICE_LAMBERT ? "Lambert" : "volume";
+        if (plan[i].techniques == SSS_LAMBERT) name = "Lambert";
+        if (plan[i].techniques == SSS_WALK) name = "volume";
         sheet_text(&s, 0, 34 + 142 * i, -9, "%s", name);
         printf("ball %d: %s, M = %d, red light kept %.2f, relative variance %.3f, by default %.3f\n", i + 1, name,
                plan[i].candidates, kept, least, by_default);
