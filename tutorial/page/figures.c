@@ -692,6 +692,264 @@ double hint_truth(void) {
     return sum;
 }
 
+// ---- Figure 8: a bear of ellipsoids, as flat as one likes, by four ways at equal time
+
+enum { BEAR_PARTS = 9, SIDE = 112, TILE = 8, TILE_ENTRIES = TILE * TILE, TILES = SIDE / TILE + 1, BEAR_HITS = 2 * BEAR_PARTS };
+enum { PLAIN, RESAMPLED, SHARED, VOLUME, WAYS };
+typedef struct bear_hit {
+    float t;
+    sss_vec3 y, n;
+} bear_hit;
+static const float bear_shape[BEAR_PARTS][6] = { // centre, radii; y is up, z towards the eye
+    {0.0f, -0.22f, 0.0f, 0.48f, 0.55f, 0.42f},   {0.0f, 0.48f, 0.04f, 0.39f, 0.35f, 0.35f},
+    {-0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f},  {0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f},
+    {0.0f, 0.4f, 0.34f, 0.18f, 0.14f, 0.15f},    {-0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},
+    {0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},   {-0.3f, -0.72f, 0.2f, 0.21f, 0.22f, 0.3f},
+    {0.3f, -0.72f, 0.2f, 0.21f, 0.22f, 0.3f}};
+static sss_vec3 bear_centre[BEAR_PARTS], bear_inverse[BEAR_PARTS], bear_sun;
+static sss_plan bear_plan[WAYS];
+static int bear_shadow_rays, bear_tile[WAYS], bear_pass[WAYS];
+static float bear_sum[WAYS][2][SIDE * SIDE][4]; // red, green, blue and the number of samples, of even and odd passes
+static unsigned char bear_pixel[SIDE * SIDE * 4];
+static const float bear_view = 1.08f, bear_light = 4.0f, bear_sky = 0.4f; // half the picture's side; irradiances
+
+static sss_vec3 scaled(sss_vec3 v, sss_vec3 by) { return vec(v.x * by.x, v.y * by.y, v.z * by.z); }
+static sss_vec3 unit(sss_vec3 v) { return along(vec(0.0f, 0.0f, 0.0f), v, 1.0f / square_root(dot(v, v))); }
+
+// The two ends of what a line has in common with a part, or 0.
+static int bear_interval(int part, sss_vec3 o, sss_vec3 d, float *near, float *far) {
+    sss_vec3 from = scaled(along(o, bear_centre[part], -1.0f), bear_inverse[part]), way = scaled(d, bear_inverse[part]);
+    float a = dot(way, way), b = dot(from, way), rest = b * b - a * (dot(from, from) - 1.0f);
+    if (!(rest > 0.0f)) return 0;
+    *near = (-b - square_root(rest)) / a;
+    *far = (-b + square_root(rest)) / a;
+    return 1;
+}
+
+static int bear_holds(sss_vec3 y, int but) {
+    for (int i = 0; i < BEAR_PARTS; i++) {
+        sss_vec3 v = scaled(along(y, bear_centre[i], -1.0f), bear_inverse[i]);
+        if (i != but && dot(v, v) < 1.0f) return 1;
+    }
+    return 0;
+}
+
+static sss_vec3 bear_normal(int part, sss_vec3 y) {
+    sss_vec3 v = scaled(along(y, bear_centre[part], -1.0f), bear_inverse[part]);
+    return unit(scaled(v, bear_inverse[part]));
+}
+
+// A point on a part, to the last bits: the distance along a ray leaves an error that grows with its length.
+static sss_vec3 bear_onto(int part, sss_vec3 y) {
+    sss_vec3 c = bear_centre[part], k = bear_inverse[part], v = scaled(along(y, c, -1.0f), k);
+    float length = square_root(dot(v, v));
+    return vec(c.x + v.x / (length * k.x), c.y + v.y / (length * k.y), c.z + v.z / (length * k.z));
+}
+
+// All crossings of the surface on a segment, nearest first.
+static int bear_hits(sss_vec3 o, sss_vec3 d, float length, bear_hit *hits) {
+    int count = 0;
+    for (int i = 0; i < BEAR_PARTS; i++) {
+        float end[2];
+        if (!bear_interval(i, o, d, &end[0], &end[1])) continue;
+        for (int k = 0; k < 2; k++) {
+            sss_vec3 y = along(o, d, end[k]);
+            int at = count;
+            if (!(end[k] > 0.0f && end[k] < length) || bear_holds(y, i)) continue;
+            for (; at > 0 && hits[at - 1].t > end[k]; at--) hits[at] = hits[at - 1];
+            hits[at].t = end[k];
+            hits[at].y = bear_onto(i, y);
+            hits[at].n = bear_normal(i, hits[at].y);
+            count++;
+        }
+    }
+    return count;
+}
+
+// What a point sees of the sky and the sun. Rays go to points of a wide sun; without rays it is the hint.
+static float bear_irradiance(sss_vec3 y, sss_vec3 n, int rays) {
+    float sky = bear_sky * (0.6f + 0.4f * n.y), sum = 0.0f;
+    if (!rays) return sky + bear_light * positive(dot(n, bear_sun));
+    for (int k = 0; k < rays; k++) {
+        sss_vec3 way = unit(along(bear_sun, on_sphere(), 0.25f));
+        float cosine = positive(dot(n, way)), near, far;
+        int lit = cosine > 0.0f;
+        for (int i = 0; i < BEAR_PARTS && lit; i++)
+            if (bear_interval(i, y, way, &near, &far)) lit = far < 2e-3f;
+        sum += lit ? cosine : 0.0f;
+    }
+    return sky + bear_light * sum / (float)rays;
+}
+
+// Thickness is that of the bear over its width. Albedo and the ratio of the dmfps are those of a sweet.
+EXPORT(bear_begin)
+void bear_begin(float thickness, float dmfp, int shadow_rays, float sun_x, float sun_y, float sun_z) {
+    static const sss_plan none = {0};
+    set_burley(8, 0.84f, 0.34f, 0.14f, dmfp, 0.16f * dmfp, 0.08f * dmfp);
+    for (int i = 0; i < BEAR_PARTS; i++) {
+        const float *s = bear_shape[i];
+        bear_centre[i] = vec(s[0], s[1], s[2] * thickness);
+        bear_inverse[i] = vec(1.0f / s[3], 1.0f / s[4], 1.0f / (s[5] * thickness));
+    }
+    bear_sun = unit(vec(sun_x, sun_y, sun_z));
+    bear_shadow_rays = shadow_rays;
+
+    for (int w = 0; w < WAYS; w++) {
+        bear_plan[w] = none;
+        bear_tile[w] = bear_pass[w] = 0;
+        for (int i = 0; i < 2 * SIDE * SIDE; i++)
+            for (int c = 0; c < 4; c++) bear_sum[w][i & 1][i >> 1][c] = 0.0f;
+    }
+    bear_plan[PLAIN].candidates = 1;
+    bear_plan[SHARED].per_channel = 1;
+    bear_plan[VOLUME].techniques = SSS_WALK;
+}
+
+// Probes or walks for each lookup of a way.
+EXPORT(bear_candidates)
+void bear_candidates(int way, int candidates) { bear_plan[way].candidates = candidates; }
+
+// The exits of one lookup.
+static int bear_lookup(int way, sss_vec3 x, sss_vec3 n, uint32_t seed, uint32_t sample, sss_exit *exits) {
+    sss_resampler s;
+    sss_probe p;
+    bear_hit hits[BEAR_HITS];
+    sss_begin_sample(&s, &medium[8], &bear_plan[way], x, n, seed, sample);
+    while (sss_next_probe(&s, &p)) {
+        int count = bear_hits(p.origin, p.direction, p.length, hits);
+        for (int i = 0; i < count; i++)
+            sss_add_hit(&s, hits[i].y, hits[i].n, way == PLAIN ? 1.0f : bear_irradiance(hits[i].y, hits[i].n, 0));
+    }
+    return sss_finish(&s, exits);
+}
+
+// One tile of one way: a sample for each of its pixels. Tiles are shifted from pass to pass.
+static void bear_run_tile(int way, int tile, int pass) {
+    static sss_entry entry[TILE_ENTRIES];
+    static int pixel[TILE_ENTRIES];
+    static float value[TILE_ENTRIES][3], weight[TILE_ENTRIES][3];
+    uint32_t shift = sss_hash((uint32_t)pass, 77u);
+    int left = tile % TILES * TILE - (int)(shift & (TILE - 1)), top_row = tile / TILES * TILE - (int)(shift >> 8 & (TILE - 1));
+    int count = 0;
+    sss_vec3 normal[TILE_ENTRIES];
+
+    // Where the camera's rays meet the bear.
+    for (int k = 0; k < TILE_ENTRIES; k++) {
+        int i = left + k % TILE, j = top_row + k / TILE;
+        bear_hit hits[BEAR_HITS];
+        if (i < 0 || j < 0 || i >= SIDE || j >= SIDE) continue;
+        float *sum = bear_sum[way][pass & 1][j * SIDE + i];
+        random_begin(sss_hash((uint32_t)(j * SIDE + i), (uint32_t)(pass * WAYS + way)));
+        float u = ((float)i + rnd()) / SIDE, v = ((float)j + rnd()) / SIDE;
+        sss_vec3 o = vec(bear_view * (2.0f * u - 1.0f), bear_view * (1.0f - 2.0f * v), 3.0f);
+        sum[3] += 1.0f;
+        if (!bear_hits(o, vec(0.0f, 0.0f, -1.0f), 6.0f, hits)) continue;
+        entry[count].position = hits[0].y;
+        entry[count].medium = &medium[8];
+        normal[count] = hits[0].n;
+        pixel[count] = j * SIDE + i;
+        for (int c = 0; c < 3; c++) value[count][c] = 0.0f;
+        count++;
+    }
+
+    // Their exits, shaded once each.
+    for (int k = 0; k < count; k++) {
+        sss_exit exits[SSS_MAX_EXITS];
+        uint32_t seed = sss_hash((uint32_t)pixel[k], (uint32_t)way);
+        int found = bear_lookup(way, entry[k].position, normal[k], seed, (uint32_t)pass, exits);
+        for (int e = 0; e < found; e++) {
+            float light = bear_irradiance(exits[e].position, exits[e].normal, bear_shadow_rays);
+            if (way == SHARED) {
+                sss_share(&exits[e], entry, count, k, 2.0f * bear_view / SIDE, weight);
+                for (int m = 0; m < count; m++)
+                    for (int c = 0; c < 3; c++) value[m][c] += weight[m][c] * light;
+            } else {
+                for (int c = 0; c < 3; c++) value[k][c] += exits[e].weight[c] * light;
+            }
+        }
+    }
+    for (int k = 0; k < count; k++)
+        for (int c = 0; c < 3; c++) bear_sum[way][pass & 1][pixel[k]][c] += value[k][c];
+}
+
+EXPORT(bear_run)
+void bear_run(int way, int tiles) {
+    while (tiles-- > 0) {
+        bear_run_tile(way, bear_tile[way], bear_pass[way]);
+        if (++bear_tile[way] < TILES * TILES) continue;
+        bear_tile[way] = 0;
+        bear_pass[way]++;
+    }
+}
+
+EXPORT(bear_side)
+int bear_side(void) { return SIDE; }
+// Samples of each pixel so far.
+EXPORT(bear_samples)
+double bear_samples(int way) { return bear_pass[way] + (double)bear_tile[way] / (TILES * TILES); }
+
+EXPORT(bear_picture)
+unsigned char *bear_picture(int way) {
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const float *a = bear_sum[way][0][i], *b = bear_sum[way][1][i];
+        float n = a[3] + b[3], all = 0.0f;
+        for (int c = 0; c < 3; c++) {
+            float light = n > 0.0f ? (a[c] + b[c]) / n : 0.0f;
+            all += light;
+            bear_pixel[4 * i + c] = tone[(int)((1.0f - sssi_exp(-light)) * (TONES - 1))]; // does not burn out
+        }
+        bear_pixel[4 * i + 3] = all > 0.0f ? 255 : 0;
+    }
+    return bear_pixel;
+}
+
+// The mean of a channel over the picture, and the noise of a pixel: half the difference of even and odd passes, root of
+// the mean of its square over the pixels of the bear, over their mean.
+EXPORT(bear_mean)
+double bear_mean(int way, int channel) {
+    double sum = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const float *a = bear_sum[way][0][i], *b = bear_sum[way][1][i];
+        if (a[3] + b[3] > 0.0f) sum += (double)((a[channel] + b[channel]) / (a[3] + b[3]));
+    }
+    return sum / (SIDE * SIDE);
+}
+EXPORT(bear_noise)
+double bear_noise(int way) {
+    double squares = 0, sum = 0;
+    int n = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const float *a = bear_sum[way][0][i], *b = bear_sum[way][1][i];
+        if (!(a[3] > 0.0f && b[3] > 0.0f && a[0] + b[0] + a[1] + b[1] > 0.0f)) continue;
+        for (int c = 0; c < 3; c++) {
+            double even = (double)(a[c] / a[3]), odd = (double)(b[c] / b[3]);
+            squares += 0.25 * (even - odd) * (even - odd);
+            sum += 0.5 * (even + odd);
+            n++;
+        }
+    }
+    return n > 0 && sum > 0 ? __builtin_sqrt(squares / n) * n / sum : 0;
+}
+
+// The plan for this bear: techniques, candidates, exits, an exit for each colour, side of the tile.
+EXPORT(bear_advice)
+int *bear_advice(float thickness, float tolerance) {
+    static int advice[5];
+    sss_need need = {0};
+    need.footprint = 2.0f * bear_view / SIDE;
+    need.curvature_radius = 0.42f * thickness;
+    need.shading_cost = (float)bear_shadow_rays;
+    need.tolerance = tolerance;
+    need.hinted = 1;
+    sss_plan plan = sss_plan_for(&medium[8], &need);
+    advice[0] = (int)plan.techniques;
+    advice[1] = plan.candidates ? plan.candidates : 8;
+    advice[2] = plan.exits ? plan.exits : 1;
+    advice[3] = plan.per_channel;
+    advice[4] = plan.tile;
+    return advice;
+}
+
 #ifdef NATIVE
 // Prints the mean of figure 7 in hexadecimal: figures SEED COUNT.
 int main(int argc, char **argv) {
