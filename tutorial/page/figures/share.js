@@ -2,7 +2,7 @@
 define("share", (f) => {
     const C = live.C, side = C.bear_side(), degree = Math.PI / 180, names = ["plain", "resampled", "shared", "volume"];
     const says = ["one probe, one exit", "picks one of M by weight", "one exit serves a tile", "walks, no flat profile"];
-    let turn = 205, spent = [0, 0, 0, 0], chosen = 0, means = null;
+    let turn = 205, spent = [0, 0, 0, 0], noise = [0, 0, 0, 0], chosen = 0;
     const pictures = names.map(() => Object.assign(document.createElement("canvas"), { width: side, height: side }));
 
     f.title("Share and choose", "One bear, lit from behind, four times, with equal time for each. Drag the sun around it and " +
@@ -35,7 +35,6 @@ define("share", (f) => {
         C.bear_candidates(2, m);
         C.bear_candidates(3, 1);
         spent = [0, 0, 0, 0];
-        means = null;
         f.changed();
     };
 
@@ -47,9 +46,9 @@ define("share", (f) => {
     return {
         work() {
             if (C.bear_samples(3) > 400) return false;
-            spend(10, () => { // whoever has had the least time is next
+            spend(8, () => { // whoever has had the least time is next
                 const way = spent.indexOf(Math.min(...spent)), begin = performance.now();
-                C.bear_run(way, 6);
+                C.bear_run(way, 3);
                 spent[way] += performance.now() - begin;
             });
         },
@@ -69,8 +68,7 @@ define("share", (f) => {
                 }
                 write(g, names[way] + (way === chosen ? ": the plan" : ""), p.x, p.y - 14, way === chosen ? c.accent : c.ink, "left", 14, 700);
                 write(g, says[way], p.x, p.y + p.s + 15, c.soft, "left", 12);
-                const noise = C.bear_noise(way);
-                write(g, (noise > 0 ? "noise " + fixed(100 * noise, 1) + " %, " : "") + fixed(C.bear_samples(way), 0) + " spp",
+                write(g, (noise[way] > 0 ? "noise " + fixed(100 * noise[way], 1) + " %, " : "") + fixed(C.bear_samples(way), 0) + " spp",
                     p.x, p.y + p.s + 33, c.ink, "left", 13, 600);
             });
             // Where the sun stands, seen from above: the eye is below.
@@ -80,12 +78,12 @@ define("share", (f) => {
             dot(g, x + 12 * Math.sin(a), y + 12 * Math.cos(a), 5, "#ffe7b3");
         },
         show() {
+            noise = names.map((_, way) => C.bear_noise(way));
             if (Math.min(...names.map((_, way) => C.bear_samples(way))) < 3) return;
             const mean = (way) => C.bear_mean(way, 0) + C.bear_mean(way, 1) + C.bear_mean(way, 2);
-            means = [mean(1), mean(3)];
-            const off = means[0] / means[1] - 1;
+            const off = mean(1) / mean(3) - 1;
             error.set((off < 0 ? "−" : "+") + fixed(100 * Math.abs(off), 0) + " %", Math.abs(off) > tolerance.value);
-            gain.set(fixed(Math.pow(C.bear_noise(1) / C.bear_noise(2), 2), 1) + " ×");
+            gain.set(fixed(Math.pow(noise[1] / noise[2], 2), 1) + " ×");
         },
         grabs: (x, y) => places().some((p) => x > p.x && x < p.x + p.s && y > p.y && y < p.y + p.s),
         drag(x, y, first) {

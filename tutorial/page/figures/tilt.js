@@ -1,7 +1,7 @@
 // Figure 3: the Jacobian. A disk probe meets a tilted plane.
 define("tilt", (f) => {
     const C = live.C, degree = Math.PI / 180, band = 0.16, samples = 40000;
-    let angle = 50, place = 0.7, seed = 1;
+    let angle = 50, place = 0.45, seed = 1;
 
     f.title("The shadow of a probe", "Turn the surface: a band of probes falls on a piece of it that is 1 / cos as long. " +
         "Hits are rarer there, so each one must count for more. Leave the cosine out: the weights, drawn as discs, shrink, and energy is lost.",
@@ -88,7 +88,7 @@ define("tilt", (f) => {
             handle(g, p.cx + ex, p.cy + ex * slope, c);
             write(g, "probes start here, with density P", slope > 0 ? w - 12 : 12, 18, c.accent, slope > 0 ? "right" : "left", 13, 600, c.panel);
             write(g, "1", sx(place), p.disk - 14, c.blue, "center", 14, 700, c.panel);
-            const near = sx(place) > w - 140, above = near ? slope < 0 : slope > 0;
+            const near = sx(place) > w - 125, above = near ? slope < 0 : slope > 0;
             write(g, "1 / cos = " + fixed(1 / Math.cos(angle * degree), 2), sx(place) + (near ? -14 : 14),
                 sy(place) + (above ? -18 : 22), c.blue, near ? "right" : "left", 14, 700, above ? c.panel : c.wax);
 

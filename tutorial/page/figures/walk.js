@@ -126,7 +126,7 @@ define("walk", (f) => {
             line(g, [[at, 0], [at, ground]], c.bad, 2.5);
             handle(g, at, 22, c);
             const left = at > w / 2, tx = left ? 12 : w - 12, align = left ? "left" : "right";
-            write(g, w < 560 ? "bars: what came back" : "bars: light that came back", tx, 20, c.orange, align, 13, 600, c.air);
+            write(g, w < 560 ? "bars: came back" : "bars: light that came back", tx, 20, c.orange, align, 13, 600, c.air);
             write(g, "line: sss_profile", tx, 40, c.blue, align, 13, 600, c.air);
             write(g, "× absorbed", 12, h - 16, c.ink, "left", 13, 400, c.waxdeep);
         },
