@@ -1,8 +1,10 @@
-// figures.c - what the live figures of the page ask of sss_resample.h: compiled to WebAssembly for the page, and with a
-// main of its own (-DNATIVE) to the program that the test of the page compares with. SPDX-License-Identifier: MIT
+// figures.c - what the live figures of the page ask of sss_resample.h: compiled to WebAssembly for
+// the page, and with a main of its own (-DNATIVE) to the program that the test of the page compares
+// with. SPDX-License-Identifier: MIT
 //
-// No libc and no libm: sqrt is an instruction, and exp, log, sine and cosine are the header's own. So the page computes
-// the same bits as the native program. Each figure has its section; they share the random numbers and the media.
+// No libc and no libm: sqrt is an instruction, and exp, log, sine and cosine are the header's own.
+// So the page computes the same bits as the native program. Each figure has its section; they share
+// the random numbers and the media.
 #ifdef NATIVE
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,7 +41,9 @@ static sss_vec3 vec(float x, float y, float z) {
     sss_vec3 v = {x, y, z};
     return v;
 }
-static sss_vec3 along(sss_vec3 o, sss_vec3 d, float t) { return vec(o.x + t * d.x, o.y + t * d.y, o.z + t * d.z); }
+static sss_vec3 along(sss_vec3 o, sss_vec3 d, float t) {
+    return vec(o.x + t * d.x, o.y + t * d.y, o.z + t * d.z);
+}
 static float dot(sss_vec3 a, sss_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static float distance(sss_vec3 a, sss_vec3 b) {
     sss_vec3 v = along(b, a, -1.0f);
@@ -54,7 +58,8 @@ static sss_vec3 on_sphere(void) {
 
 // Returns 0, or the number of the error.
 EXPORT(set_burley)
-int set_burley(int figure, float red, float green, float blue, float dmfp_red, float dmfp_green, float dmfp_blue) {
+int set_burley(int figure, float red, float green, float blue, float dmfp_red, float dmfp_green,
+               float dmfp_blue) {
     float albedo[3] = {red, green, blue}, dmfp[3] = {dmfp_red, dmfp_green, dmfp_blue};
     return (int)sss_burley(&medium[figure], albedo, dmfp);
 }
@@ -71,8 +76,9 @@ float profile(int figure, int channel, float r) { return sss_profile(&medium[fig
 EXPORT(within)
 float within(int figure, int channel, float r) { return sss_within(&medium[figure], channel, r); }
 
-// Probes and hits that a figure draws: x and z of both ends; x, z, distance from the entry, weight, number of the probe.
-enum { DRAWN = 256 };
+// Probes and hits that a figure draws: x and z of both ends; x, z, distance from the entry, weight,
+// number of the probe.
+enum { DRAWN = 4096 };
 static float probe_ends[DRAWN][6];
 static float hit_list[DRAWN][6];
 static int probes_drawn, hits_drawn;
@@ -133,11 +139,13 @@ static double tally_error(const tally *t) { // one standard error of the mean
 
 enum { PATH_MAX = 600, WALK_BINS = 48 };
 static float path[PATH_MAX][2];
-static double walk_bin[2][WALK_BINS]; // exits to the left and to the right of the laser, by their distance
+static double
+    walk_bin[2][WALK_BINS]; // exits to the left and to the right of the laser, by their distance
 static float walk_survival, walk_mfp, walk_width;
 static double walks, walks_back;
 
-// The albedo of one scattering for which a half space has this diffuse albedo: the exact value's fit, inverted.
+// The albedo of one scattering for which a half space has this diffuse albedo: the exact value's
+// fit, inverted.
 static float scattering_albedo(float diffuse) {
     float low = 0.0f, high = 1.0f;
     for (int i = 0; i < 40; i++) {
@@ -161,7 +169,8 @@ void walk_begin(float albedo, float mfp, float bin_width, uint32_t seed) {
     set_burley_mfp(1, albedo, albedo, albedo, mfp);
 }
 
-// One walk. Returns how many points of it are in `path`; the last one has depth 0 if the light came back.
+// One walk. Returns how many points of it are in `path`; the last one has depth 0 if the light came
+// back.
 EXPORT(walk_one)
 int walk_one(void) {
     sss_vec3 x = vec(0.0f, 0.0f, 0.0f), d = on_sphere();
@@ -207,8 +216,9 @@ double walk_returned(void) { return walks_back; }
 
 // ---- Figure 2: a ball of radius 1 in the sun, without noise
 
-// On a ball the area within the distance r is pi r^2, and the light that arrives there is a mean over a ring. So the
-// exitance is a sum over rings, and depends on the angle to the sun alone: a table over its cosine.
+// On a ball the area within the distance r is pi r^2, and the light that arrives there is a mean
+// over a ring. So the exitance is a sum over rings, and depends on the angle to the sun alone: a
+// table over its cosine.
 enum { COSINES = 256, RINGS = 128, TURNS = 64, BALL_MAX = 720, TONES = 4096 };
 static float ring_light[COSINES][RINGS]; // the mean over the ring of max(0, cosine)
 static float ball_exitance[BALLS][COSINES][3];
@@ -228,7 +238,8 @@ static unsigned char to_byte(float linear) {
 }
 
 static float ring_mean(float cosine, float r) {
-    float turn_cosine = 1.0f - 0.5f * r * r, turn_sine = square_root(positive(1.0f - turn_cosine * turn_cosine));
+    float turn_cosine = 1.0f - 0.5f * r * r,
+          turn_sine = square_root(positive(1.0f - turn_cosine * turn_cosine));
     float sine = square_root(positive(1.0f - cosine * cosine)), sum = 0.0f;
     for (int i = 0; i < TURNS; i++) {
         float s, c;
@@ -247,18 +258,21 @@ void ball_begin(void) {
                                          0.5f * (ring_radius(k) + ring_radius(k + 1)));
 }
 
-// The table of a ball anew, for the medium BALLS_FROM + ball and the light of a sky. A channel of length 0 is Lambert.
+// The table of a ball anew, for the medium BALLS_FROM + ball and the light of a sky. A channel of
+// length 0 is Lambert.
 EXPORT(ball_set)
 void ball_set(int ball, float sky) {
     int from = BALLS_FROM + ball;
     for (int c = 0; c < 3; c++) {
         float share[RINGS], from_sky = sky * within(from, c, 2.0f);
         int lambert = !(profile(from, c, 1.0f) > 0.0f);
-        for (int k = 0; k < RINGS; k++) share[k] = within(from, c, ring_radius(k + 1)) - within(from, c, ring_radius(k));
+        for (int k = 0; k < RINGS; k++)
+            share[k] = within(from, c, ring_radius(k + 1)) - within(from, c, ring_radius(k));
         for (int i = 0; i < COSINES; i++) {
             float sum = 0.0f;
             for (int k = 0; k < RINGS; k++) sum += share[k] * ring_light[i][k];
-            if (lambert) sum = within(from, c, 1.0f) * positive(2.0f * (float)i / (COSINES - 1) - 1.0f);
+            if (lambert)
+                sum = within(from, c, 1.0f) * positive(2.0f * (float)i / (COSINES - 1) - 1.0f);
             ball_exitance[ball][i][c] = sum + from_sky;
         }
     }
@@ -269,22 +283,27 @@ float ball_light(int ball, int channel, float cosine) {
     float x = (0.5f + 0.5f * cosine) * (COSINES - 1), last = COSINES - 1.0001f;
     int i = (int)(x = x > last ? last : positive(x));
     float rest = x - (float)i;
-    return ball_exitance[ball][i][channel] * (1.0f - rest) + ball_exitance[ball][i + 1][channel] * rest;
+    return ball_exitance[ball][i][channel] * (1.0f - rest) +
+           ball_exitance[ball][i + 1][channel] * rest;
 }
 
-// A square picture, side pixels wide, of the ball with this radius in pixels; the sun's direction is of unit length,
-// x to the right, y up, z towards the eye. Returns red, green, blue and coverage.
+// A square picture, side pixels wide, of the ball with this radius in pixels; the sun's direction
+// is of unit length, x to the right, y up, z towards the eye. Returns red, green, blue and
+// coverage.
 EXPORT(ball_render)
-unsigned char *ball_render(int ball, int side, float radius, float sun_x, float sun_y, float sun_z) {
+unsigned char *ball_render(int ball, int side, float radius, float sun_x, float sun_y,
+                           float sun_z) {
     float half = 0.5f * (float)side;
     unsigned char *out = ball_pixel;
     for (int j = 0; j < side; j++) {
         for (int i = 0; i < side; i++, out += 4) {
-            float x = ((float)i + 0.5f - half) / radius, y = (half - (float)j - 0.5f) / radius, rho2 = x * x + y * y;
+            float x = ((float)i + 0.5f - half) / radius, y = (half - (float)j - 0.5f) / radius,
+                  rho2 = x * x + y * y;
             float edge = (1.0f - square_root(rho2)) * radius + 0.5f;
             out[3] = (unsigned char)(255.0f * (edge > 1.0f ? 1.0f : positive(edge)));
             if (!(edge > 0.0f)) continue;
-            float z = square_root(positive(1.0f - rho2)), cosine = x * sun_x + y * sun_y + z * sun_z;
+            float z = square_root(positive(1.0f - rho2)),
+                  cosine = x * sun_x + y * sun_y + z * sun_z;
             for (int c = 0; c < 3; c++) {
                 float light = EXPOSURE * ball_light(ball, c, cosine);
                 out[c] = tone[(int)((light > 1.0f ? 1.0f : light) * (TONES - 1))];
@@ -328,7 +347,8 @@ void tilt_run(int count) {
             sss_vec3 y = along(p.origin, p.direction, t);
             if (!(t >= 0.0f && t <= p.length)) continue;
             float r = square_root(dot(y, y));
-            double weight = (double)(sss_profile(&medium[3], 0, r) / sss_intensity(&s, y, tilt_normal)) / 8;
+            double weight =
+                (double)(sss_profile(&medium[3], 0, r) / sss_intensity(&s, y, tilt_normal)) / 8;
             with += weight;
             without += weight * cosine;
         }
@@ -363,7 +383,8 @@ static tally crease_tally;
 
 // half: sine and cosine of half the angle between the walls. The entry is on the left wall.
 EXPORT(crease_begin)
-void crease_begin(int techniques, int colours, float half_sine, float half_cosine, float from_edge, uint32_t seed) {
+void crease_begin(int techniques, int colours, float half_sine, float half_cosine, float from_edge,
+                  uint32_t seed) {
     static const float dmfp[3] = {1.0f, 0.35f, 0.12f};
     float albedo[3];
     tally none = {0, 0, 0, 0.0f};
@@ -383,8 +404,9 @@ void crease_begin(int techniques, int colours, float half_sine, float half_cosin
     crease_tally = none;
 }
 
-// Lookups of one probe each. A hit weighs, for each colour, its unit profile over the intensity; the estimate is the
-// mean over the three colours, and the largest weight is that of the colour that has it. The last probes are drawn.
+// Lookups of one probe each. A hit weighs, for each colour, its unit profile over the intensity;
+// the estimate is the mean over the three colours, and the largest weight is that of the colour
+// that has it. The last probes are drawn.
 EXPORT(crease_run)
 void crease_run(int count) {
     sss_plan plan = {0};
@@ -399,7 +421,8 @@ void crease_run(int count) {
         while (sss_next_probe(&s, &p)) {
             draw_probe(&p);
             for (int i = 0; i < 2; i++) {
-                float t = -dot(p.origin, crease_normal[i]) / dot(p.direction, crease_normal[i]), largest = 0.0f;
+                float t = -dot(p.origin, crease_normal[i]) / dot(p.direction, crease_normal[i]),
+                      largest = 0.0f;
                 sss_vec3 y = along(p.origin, p.direction, t);
                 if (!(t >= 0.0f && t <= p.length && dot(y, crease_wall[i]) > 0.0f)) continue;
                 float r = distance(y, crease_entry), mu = sss_intensity(&s, y, crease_normal[i]);
@@ -436,11 +459,12 @@ void patch_begin(uint32_t seed) {
     random_begin(seed);
 }
 
-// Chords of the unit sphere (or, for comparison, parallel lines through it), and how many of them cross a round patch
-// with this centre, normal and radius; the patch stands upright on the plane of the drawing, y = 0. The weight of what
-// is drawn is 1 for those that cross.
+// Chords of the unit sphere (or, for comparison, parallel lines through it), and how many of them
+// cross a round patch with this centre, normal and radius; the patch stands upright on the plane of
+// the drawing, y = 0. The weight of what is drawn is 1 for those that cross.
 EXPORT(patch_run)
-void patch_run(int count, int parallel, float x, float z, float normal_x, float normal_z, float radius) {
+void patch_run(int count, int parallel, float x, float z, float normal_x, float normal_z,
+               float radius) {
     sss_vec3 centre = vec(x, 0.0f, z), normal = vec(normal_x, 0.0f, normal_z);
     probes_drawn = hits_drawn = 0;
     while (count-- > 0) {
@@ -513,7 +537,8 @@ void spike_run(int count, int chords) {
                 if (!(t >= 0.0f && t <= p.length)) continue;
                 sss_vec3 y = along(p.origin, p.direction, t);
                 float r = distance(y, spike_entry);
-                float weight = sss_profile(&medium[5], 0, r) / sss_intensity(&s, y, spike_normal_at(y));
+                float weight =
+                    sss_profile(&medium[5], 0, r) / sss_intensity(&s, y, spike_normal_at(y));
                 draw_hit(y, r, weight);
                 sum += (double)weight;
                 if (weight > spike_tally[chords].largest) spike_tally[chords].largest = weight;
@@ -566,7 +591,8 @@ static int pick_lookup(int m, int draw, sss_exit *exit) {
             sss_add_hit(&s, y, y, 1.0f);
             if (!draw) continue;
             float r = distance(y, top);
-            draw_hit(y, r, sss_profile(&medium[6], 0, r) / 0.6f / sss_intensity(&s, y, y) / (float)m);
+            draw_hit(y, r,
+                     sss_profile(&medium[6], 0, r) / 0.6f / sss_intensity(&s, y, y) / (float)m);
         }
     }
     return sss_finish(&s, exit);
@@ -586,7 +612,8 @@ int pick_one(int m) {
     if (!pick_lookup(m, 1, exit)) return -1;
     count_pick(distance(exit[0].position, top));
     for (int i = 0; i < hits_drawn; i++)
-        if (distance(exit[0].position, vec(hit_list[i][0], hit_list[i][1], hit_list[i][2])) == 0.0f) return i;
+        if (distance(exit[0].position, vec(hit_list[i][0], hit_list[i][1], hit_list[i][2])) == 0.0f)
+            return i;
     return -1;
 }
 EXPORT(pick_many)
@@ -605,7 +632,8 @@ double pick_count(void) { return picks; }
 
 enum { CELLS = 24 };
 static float hint_light[CELLS][CELLS], hint_guess[CELLS][CELLS];
-static const float hint_reach = 1.5f; // the picture shows -reach..reach; the light goes on beyond as at its border
+static const float hint_reach =
+    1.5f; // the picture shows -reach..reach; the light goes on beyond as at its border
 static sss_vec3 hint_entry;
 static uint32_t hint_seed;
 static tally hint_tally;
@@ -655,7 +683,8 @@ void hint_run(int count) {
         while (sss_next_probe(&s, &p)) {
             float t = -p.origin.z / p.direction.z;
             sss_vec3 y = vec(p.origin.x + t * p.direction.x, p.origin.y + t * p.direction.y, 0.0f);
-            if (t >= 0.0f && t <= p.length) sss_add_hit(&s, y, up, hint_guess[hint_cell(y.y)][hint_cell(y.x)]);
+            if (t >= 0.0f && t <= p.length)
+                sss_add_hit(&s, y, up, hint_guess[hint_cell(y.y)][hint_cell(y.x)]);
         }
         if (sss_finish(&s, exit)) {
             sss_vec3 y = exit[0].position;
@@ -680,12 +709,14 @@ double hint_truth(void) {
     double sum = 0;
     for (int k = 0; k < ROUNDS; k++) {
         float inner = 12.0f * (float)k * (float)k / (ROUNDS * ROUNDS);
-        float outer = 12.0f * (float)(k + 1) * (float)(k + 1) / (ROUNDS * ROUNDS), r = 0.5f * (inner + outer);
+        float outer = 12.0f * (float)(k + 1) * (float)(k + 1) / (ROUNDS * ROUNDS),
+              r = 0.5f * (inner + outer);
         double light = 0;
         for (int i = 0; i < TURN; i++) {
             float s, c;
             sssi_sincos_turn(((float)i + 0.5f) / TURN, &s, &c);
-            light += (double)hint_light[hint_cell(hint_entry.y + r * s)][hint_cell(hint_entry.x + r * c)];
+            light += (double)
+                hint_light[hint_cell(hint_entry.y + r * s)][hint_cell(hint_entry.x + r * c)];
         }
         sum += light / TURN * (double)(within(7, 0, outer) - within(7, 0, inner));
     }
@@ -694,31 +725,43 @@ double hint_truth(void) {
 
 // ---- Figure 8: a bear of ellipsoids, as flat as one likes, by four ways at equal time
 
-enum { BEAR_PARTS = 9, SIDE = 112, TILE = 8, TILE_ENTRIES = TILE * TILE, TILES = SIDE / TILE + 1, BEAR_HITS = 2 * BEAR_PARTS };
+enum {
+    BEAR_PARTS = 9,
+    SIDE = 112,
+    TILE = 8,
+    TILE_ENTRIES = TILE * TILE,
+    TILES = SIDE / TILE + 1,
+    BEAR_HITS = 2 * BEAR_PARTS
+};
 enum { PLAIN, RESAMPLED, SHARED, VOLUME, WAYS };
 typedef struct bear_hit {
     float t;
     sss_vec3 y, n;
 } bear_hit;
 static const float bear_shape[BEAR_PARTS][6] = { // centre, radii; y is up, z towards the eye
-    {0.0f, -0.22f, 0.0f, 0.48f, 0.55f, 0.42f},   {0.0f, 0.48f, 0.04f, 0.39f, 0.35f, 0.35f},
-    {-0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f},  {0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f},
-    {0.0f, 0.4f, 0.34f, 0.18f, 0.14f, 0.15f},    {-0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},
-    {0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},   {-0.3f, -0.72f, 0.2f, 0.21f, 0.22f, 0.3f},
+    {0.0f, -0.22f, 0.0f, 0.48f, 0.55f, 0.42f},  {0.0f, 0.48f, 0.04f, 0.39f, 0.35f, 0.35f},
+    {-0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f}, {0.31f, 0.78f, 0.0f, 0.15f, 0.15f, 0.11f},
+    {0.0f, 0.4f, 0.34f, 0.18f, 0.14f, 0.15f},   {-0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},
+    {0.42f, 0.02f, 0.22f, 0.17f, 0.27f, 0.2f},  {-0.3f, -0.72f, 0.2f, 0.21f, 0.22f, 0.3f},
     {0.3f, -0.72f, 0.2f, 0.21f, 0.22f, 0.3f}};
 static sss_vec3 bear_centre[BEAR_PARTS], bear_inverse[BEAR_PARTS], bear_sun;
 static sss_plan bear_plan[WAYS];
 static int bear_shadow_rays, bear_tile[WAYS], bear_pass[WAYS];
-static float bear_sum[WAYS][2][SIDE * SIDE][4]; // red, green, blue and the number of samples, of even and odd passes
+static float bear_sum[WAYS][2][SIDE * SIDE]
+                     [4]; // red, green, blue and the number of samples, of even and odd passes
 static unsigned char bear_pixel[SIDE * SIDE * 4];
-static const float bear_view = 1.08f, bear_light = 4.0f, bear_sky = 0.4f; // half the picture's side; irradiances
+static const float bear_view = 1.08f, bear_light = 4.0f,
+                   bear_sky = 0.4f; // half the picture's side; irradiances
 
 static sss_vec3 scaled(sss_vec3 v, sss_vec3 by) { return vec(v.x * by.x, v.y * by.y, v.z * by.z); }
-static sss_vec3 unit(sss_vec3 v) { return along(vec(0.0f, 0.0f, 0.0f), v, 1.0f / square_root(dot(v, v))); }
+static sss_vec3 unit(sss_vec3 v) {
+    return along(vec(0.0f, 0.0f, 0.0f), v, 1.0f / square_root(dot(v, v)));
+}
 
 // The two ends of what a line has in common with a part, or 0.
 static int bear_interval(int part, sss_vec3 o, sss_vec3 d, float *near, float *far) {
-    sss_vec3 from = scaled(along(o, bear_centre[part], -1.0f), bear_inverse[part]), way = scaled(d, bear_inverse[part]);
+    sss_vec3 from = scaled(along(o, bear_centre[part], -1.0f), bear_inverse[part]),
+             way = scaled(d, bear_inverse[part]);
     float a = dot(way, way), b = dot(from, way), rest = b * b - a * (dot(from, from) - 1.0f);
     if (!(rest > 0.0f)) return 0;
     *near = (-b - square_root(rest)) / a;
@@ -739,7 +782,8 @@ static sss_vec3 bear_normal(int part, sss_vec3 y) {
     return unit(scaled(v, bear_inverse[part]));
 }
 
-// A point on a part, to the last bits: the distance along a ray leaves an error that grows with its length.
+// A point on a part, to the last bits: the distance along a ray leaves an error that grows with its
+// length.
 static sss_vec3 bear_onto(int part, sss_vec3 y) {
     sss_vec3 c = bear_centre[part], k = bear_inverse[part], v = scaled(along(y, c, -1.0f), k);
     float length = square_root(dot(v, v));
@@ -766,7 +810,8 @@ static int bear_hits(sss_vec3 o, sss_vec3 d, float length, bear_hit *hits) {
     return count;
 }
 
-// What a point sees of the sky and the sun. Rays go to points of a wide sun; without rays it is the hint.
+// What a point sees of the sky and the sun. Rays go to points of a wide sun; without rays it is the
+// hint.
 static float bear_irradiance(sss_vec3 y, sss_vec3 n, int rays) {
     float sky = bear_sky * (0.6f + 0.4f * n.y), sum = 0.0f;
     if (!rays) return sky + bear_light * positive(dot(n, bear_sun));
@@ -781,9 +826,11 @@ static float bear_irradiance(sss_vec3 y, sss_vec3 n, int rays) {
     return sky + bear_light * sum / (float)rays;
 }
 
-// Thickness is that of the bear over its width. Albedo and the ratio of the dmfps are those of a sweet.
+// Thickness is that of the bear over its width. Albedo and the ratio of the dmfps are those of a
+// sweet.
 EXPORT(bear_begin)
-void bear_begin(float thickness, float dmfp, int shadow_rays, float sun_x, float sun_y, float sun_z) {
+void bear_begin(float thickness, float dmfp, int shadow_rays, float sun_x, float sun_y,
+                float sun_z) {
     static const sss_plan none = {0};
     set_burley(8, 0.84f, 0.34f, 0.14f, dmfp, 0.16f * dmfp, 0.08f * dmfp);
     for (int i = 0; i < BEAR_PARTS; i++) {
@@ -810,7 +857,8 @@ EXPORT(bear_candidates)
 void bear_candidates(int way, int candidates) { bear_plan[way].candidates = candidates; }
 
 // The exits of one lookup.
-static int bear_lookup(int way, sss_vec3 x, sss_vec3 n, uint32_t seed, uint32_t sample, sss_exit *exits) {
+static int bear_lookup(int way, sss_vec3 x, sss_vec3 n, uint32_t seed, uint32_t sample,
+                       sss_exit *exits) {
     sss_resampler s;
     sss_probe p;
     bear_hit hits[BEAR_HITS];
@@ -818,7 +866,8 @@ static int bear_lookup(int way, sss_vec3 x, sss_vec3 n, uint32_t seed, uint32_t 
     while (sss_next_probe(&s, &p)) {
         int count = bear_hits(p.origin, p.direction, p.length, hits);
         for (int i = 0; i < count; i++)
-            sss_add_hit(&s, hits[i].y, hits[i].n, way == PLAIN ? 1.0f : bear_irradiance(hits[i].y, hits[i].n, 0));
+            sss_add_hit(&s, hits[i].y, hits[i].n,
+                        way == PLAIN ? 1.0f : bear_irradiance(hits[i].y, hits[i].n, 0));
     }
     return sss_finish(&s, exits);
 }
@@ -829,7 +878,8 @@ static void bear_run_tile(int way, int tile, int pass) {
     static int pixel[TILE_ENTRIES];
     static float value[TILE_ENTRIES][3], weight[TILE_ENTRIES][3];
     uint32_t shift = sss_hash((uint32_t)pass, 77u);
-    int left = tile % TILES * TILE - (int)(shift & (TILE - 1)), top_row = tile / TILES * TILE - (int)(shift >> 8 & (TILE - 1));
+    int left = tile % TILES * TILE - (int)(shift & (TILE - 1)),
+        top_row = tile / TILES * TILE - (int)(shift >> 8 & (TILE - 1));
     int count = 0;
     sss_vec3 normal[TILE_ENTRIES];
 
@@ -896,15 +946,16 @@ unsigned char *bear_picture(int way) {
         for (int c = 0; c < 3; c++) {
             float light = n > 0.0f ? (a[c] + b[c]) / n : 0.0f;
             all += light;
-            bear_pixel[4 * i + c] = tone[(int)((1.0f - sssi_exp(-light)) * (TONES - 1))]; // does not burn out
+            bear_pixel[4 * i + c] =
+                tone[(int)((1.0f - sssi_exp(-light)) * (TONES - 1))]; // does not burn out
         }
         bear_pixel[4 * i + 3] = all > 0.0f ? 255 : 0;
     }
     return bear_pixel;
 }
 
-// The mean of a channel over the picture, and the noise of a pixel: half the difference of even and odd passes, root of
-// the mean of its square over the pixels of the bear, over their mean.
+// The mean of a channel over the picture, and the noise of a pixel: half the difference of even and
+// odd passes, root of the mean of its square over the pixels of the bear, over their mean.
 EXPORT(bear_mean)
 double bear_mean(int way, int channel) {
     double sum = 0;

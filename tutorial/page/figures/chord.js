@@ -135,10 +135,10 @@ define("chord", (f) => {
                 count_patch(1);
                 return;
             }
-            if (C.spike_count(0) >= 600000) return false;
+            if (C.spike_count(0) >= 400000) return false;
             wait -= seconds;
             [0, 1].forEach((way) => {
-                C.spike_run(2500, way ? 0 : 1);
+                C.spike_run(way ? 1500 : 200, way ? 0 : 1);
                 const hits = hits_drawn();
                 scatter(way, hits);
                 if (wait <= 0) spike[way] = { probes: probes_drawn().slice(0, 22), hits: hits.filter((hit) => hit.probe < 22) };

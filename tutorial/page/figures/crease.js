@@ -63,7 +63,7 @@ define("crease", (f) => {
     return {
         work(seconds) {
             if (C.crease_count() >= most) return false;
-            C.crease_run(3000);
+            C.crease_run(1500);
             const p = places(), hits = hits_drawn();
             const cw = Math.round(f.w * f.scale), ch = Math.round(f.h * f.scale);
             if (cloud.width !== cw || cloud.height !== ch) Object.assign(cloud, { width: cw, height: ch });

@@ -83,7 +83,7 @@ define("tilt", (f) => {
 
             // The entry, what turns, and words.
             dot(g, p.cx, p.cy, 5, c.ink, c.paper);
-            write(g, "entry x", p.cx - 10, p.cy + 20, c.ink, "right", 13, 600, c.wax);
+            write(g, "entry x", p.cx - 10 * Math.sign(slope), p.cy + 22, c.ink, slope > 0 ? "right" : "left", 13, 600, c.wax);
             const reach = Math.min(0.42 * w, 0.4 * h / Math.abs(Math.sin(angle * degree) || 1e-9)), ex = -Math.cos(angle * degree) * reach;
             handle(g, p.cx + ex, p.cy + ex * slope, c);
             write(g, "probes start here, with density P", slope > 0 ? w - 12 : 12, 18, c.accent, slope > 0 ? "right" : "left", 13, 600, c.panel);
@@ -93,7 +93,7 @@ define("tilt", (f) => {
                 sy(place) + (above ? -18 : 22), c.blue, near ? "right" : "left", 14, 700, above ? c.panel : c.wax);
 
             // Energy.
-            const wide = Math.min(0.36 * w, 260), x0 = 16, y0 = h - 46;
+            const wide = Math.min(0.36 * w, 260), x0 = slope > 0 ? 16 : w - 1.1 * wide - 20, y0 = h - 46;
             [[1, c.blue, "with the cosine"], [0, c.orange, "without"]].forEach(([way, colour, text], i) => {
                 const y = y0 + i * 24;
                 g.fillStyle = c.panel;
