@@ -1,6 +1,9 @@
-"""Draws the drawings of the chapters as SVG: draw.py [FOLDER], else into this folder. SPDX-License-Identifier: MIT
+"""Draws the drawings of the chapters as SVG: draw.py [FOLDER], else into this folder.
 
-Coordinates are pixels of a sheet 640 wide, y downwards. Colours are those of the page; a dark one has its own."""
+Coordinates are pixels of a sheet 640 wide, y downwards. Colours are those of the page, with a set
+for dark ones. SPDX-License-Identifier: MIT
+"""
+
 import math
 import os
 import random
@@ -12,16 +15,32 @@ text { font: 19px system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif; fill
 .small { font-size: 16px; fill: #6b6257; }
 .it { font-style: italic; }
 .b { font-weight: 600; }
-.ink { stroke: #231f1a; } .soft { stroke: #9b9084; } .blue { stroke: #00639c; } .orange { stroke: #c65a00; }
+.ink { stroke: #231f1a; }
+.soft { stroke: #9b9084; }
+.blue { stroke: #00639c; }
+.orange { stroke: #c65a00; }
 .line { fill: none; stroke-width: 2; stroke-linecap: round; stroke-linejoin: round; }
 .thin { stroke-width: 1.2; } .thick { stroke-width: 5; } .dash { stroke-dasharray: 5 5; }
-.wax { fill: #f8e2bd; } .f-ink { fill: #231f1a; } .f-blue { fill: #00639c; } .f-orange { fill: #c65a00; }
-.f-soft { fill: #9b9084; } .f-paper { fill: #fdfaf5; } .pale { opacity: 0.25; } .half { opacity: 0.6; }
+.wax { fill: #f8e2bd; }
+.f-ink { fill: #231f1a; }
+.f-blue { fill: #00639c; }
+.f-orange { fill: #c65a00; }
+.f-soft { fill: #9b9084; }
+.f-paper { fill: #fdfaf5; }
+.pale { opacity: 0.25; }
+.half { opacity: 0.6; }
 @media (prefers-color-scheme: dark) {
 text { fill: #ece5da; } .small { fill: #a89f93; }
-.ink { stroke: #ece5da; } .soft { stroke: #857c72; } .blue { stroke: #6cbcf0; } .orange { stroke: #f0a04b; }
-.wax { fill: #5b3a1c; } .f-ink { fill: #ece5da; } .f-blue { fill: #6cbcf0; } .f-orange { fill: #f0a04b; }
-.f-soft { fill: #857c72; } .f-paper { fill: #16151a; }
+.ink { stroke: #ece5da; }
+.soft { stroke: #857c72; }
+.blue { stroke: #6cbcf0; }
+.orange { stroke: #f0a04b; }
+.wax { fill: #5b3a1c; }
+.f-ink { fill: #ece5da; }
+.f-blue { fill: #6cbcf0; }
+.f-orange { fill: #f0a04b; }
+.f-soft { fill: #857c72; }
+.f-paper { fill: #16151a; }
 }
 """
 
@@ -35,27 +54,36 @@ class Sheet:
         self.parts.append(f'<path d="{text}" class="{look}"/>')
 
     def dot(self, at, radius, look):
-        self.parts.append(f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="{radius:.1f}" class="{look}"/>')
+        self.parts.append(
+            f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="{radius:.1f}" class="{look}"/>'
+        )
 
     def box(self, x, y, w, h, look):
-        self.parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" width="{w:.1f}" height="{h:.1f}" class="{look}"/>')
+        self.parts.append(
+            f'<rect x="{x:.1f}" y="{y:.1f}" width="{w:.1f}" height="{h:.1f}" class="{look}"/>'
+        )
 
     def text(self, x, y, words, look="", anchor="start"):
-        self.parts.append(f'<text x="{x:.1f}" y="{y:.1f}" class="{look}" text-anchor="{anchor}">{words}</text>')
+        self.parts.append(
+            f'<text x="{x:.1f}" y="{y:.1f}" class="{look}" text-anchor="{anchor}">{words}</text>'
+        )
 
     def arrow(self, a, b, colour, look="line", head=11):
         way = math.atan2(b[1] - a[1], b[0] - a[0])
         neck = (b[0] - 0.8 * head * math.cos(way), b[1] - 0.8 * head * math.sin(way))
-        sides = [(b[0] - head * math.cos(way + k), b[1] - head * math.sin(way + k)) for k in (0.42, -0.42)]
+        sides = [
+            (b[0] - head * math.cos(way + k), b[1] - head * math.sin(way + k))
+            for k in (0.42, -0.42)
+        ]
         self.path([a, neck], f"{look} {colour}")
         self.path([sides[0], b, sides[1]], f"f-{colour}", closed=True)
 
     def save(self, folder):
-        inside = "\n".join(self.parts)
+        h, inside = self.height, "\n".join(self.parts)
+        size = f'viewBox="0 0 640 {h}" width="640" height="{h}"'
         with open(os.path.join(folder, self.name + ".svg"), "w", encoding="utf-8") as file:
-            file.write(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 {self.height}" width="640" '
-                       f'height="{self.height}" role="img">\n<title>{self.title}</title>\n<style>{STYLE}</style>\n'
-                       f"{inside}\n</svg>\n")
+            file.write(f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img">\n')
+            file.write(f"<title>{self.title}</title>\n<style>{STYLE}</style>\n{inside}\n</svg>\n")
 
 
 def curve(f, x0, x1, steps=80):
@@ -74,7 +102,9 @@ def between(a, b, t):
 
 
 def points():
-    s = Sheet("points", "The camera path enters at x and leaves at y; light goes the same way back", 330)
+    s = Sheet(
+        "points", "The camera path enters at x and leaves at y; light goes the same way back", 330
+    )
 
     def top(x):
         return 165 - 26 * math.cos((x - 325) / 130)
@@ -83,7 +113,17 @@ def points():
     x, y, eye, sun = (205, top(205)), (445, top(445)), (62, 46), (578, 52)
 
     # Inside, a walk that joins the two; what it does in there, the profile knows only in the mean.
-    walk = [x, (226, 226), (262, 200), (290, 262), (338, 212), (362, 270), (405, 222), (420, 246), y]
+    walk = [
+        x,
+        (226, 226),
+        (262, 200),
+        (290, 262),
+        (338, 212),
+        (362, 270),
+        (405, 222),
+        (420, 246),
+        y,
+    ]
     s.path(walk, "line blue")
     s.path([(px, py + 7) for px, py in walk[1:-1]], "line orange dash")
     s.arrow((eye[0] + 26, eye[1] + 12), (x[0] - 8, x[1] - 8), "blue")
@@ -92,24 +132,42 @@ def points():
     s.arrow((sun[0] - 16, sun[1] + 24), (y[0] + 18, y[1] - 3), "orange", "line dash")
 
     s.box(eye[0] - 22, eye[1] - 14, 30, 26, "f-ink")
-    s.path([(eye[0] + 8, eye[1] - 4), (eye[0] + 20, eye[1] - 12), (eye[0] + 20, eye[1] + 10), (eye[0] + 8, eye[1] + 2)],
-           "f-ink", closed=True)
+    s.path(
+        [
+            (eye[0] + 8, eye[1] - 4),
+            (eye[0] + 20, eye[1] - 12),
+            (eye[0] + 20, eye[1] + 10),
+            (eye[0] + 8, eye[1] + 2),
+        ],
+        "f-ink",
+        closed=True,
+    )
     s.dot(sun, 15, "f-orange")
     for i in range(12):
         c, q = math.cos(i * math.pi / 6), math.sin(i * math.pi / 6)
-        s.path([(sun[0] + 19 * c, sun[1] + 19 * q), (sun[0] + 26 * c, sun[1] + 26 * q)], "line orange")
+        s.path(
+            [(sun[0] + 19 * c, sun[1] + 19 * q), (sun[0] + 26 * c, sun[1] + 26 * q)], "line orange"
+        )
     for at in (x, y):
         s.dot(at, 6, "f-ink")
     s.text(x[0] - 10, x[1] + 48, "x, the entry", "b", "end")
     s.text(y[0] + 10, y[1] + 48, "y, the exit", "b")
     s.text(320, 26, "camera path: in at x, out at y", "b f-blue", "middle")
     s.text(320, 48, "light: in at y, out at x", "b f-orange", "middle")
-    s.text(320, 318, "The profile knows the distance |y - x| alone: both ways are the same to it.", "small", "middle")
+    s.text(
+        320,
+        318,
+        "The profile knows the distance |y - x| alone: both ways are the same to it.",
+        "small",
+        "middle",
+    )
     return s
 
 
 def shadow():
-    s = Sheet("shadow", "A piece of surface casts a shadow on the disk that is its size times the cosine")
+    s = Sheet(
+        "shadow", "A piece of surface casts a shadow on the disk that is its size times the cosine"
+    )
     slope, x = 0.4, (215, 160)
 
     def top(px):
@@ -128,11 +186,22 @@ def shadow():
     m = (0.5 * (a + b), top(0.5 * (a + b)))
     k = 70 / math.hypot(1, slope)
     s.arrow(m, (m[0] + k * slope, m[1] - k), "ink")
-    s.text(m[0] + k * slope + 8, m[1] - k + 4, "n<tspan baseline-shift='sub' font-size='13'>y</tspan>", "it b")
+    s.text(
+        m[0] + k * slope + 8,
+        m[1] - k + 4,
+        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        "it b",
+    )
     s.dot(x, 6, "f-ink")
     s.text(x[0] - 12, x[1] + 26, "x", "it b", "end")
     s.text(70, 46, "the disk about x")
-    s.text(0.5 * (a + b), 46, "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dA", "b f-blue", "middle")
+    s.text(
+        0.5 * (a + b),
+        46,
+        "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dA",
+        "b f-blue",
+        "middle",
+    )
     s.text(m[0] - 34, m[1] + 34, "dA", "b f-blue", "end")
     return s
 
@@ -160,13 +229,17 @@ def radii():
     s.text(280, y[1] + 22, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>", "it b f-orange")
     s.text(420, 78, "r: what the", "b f-blue")
     s.text(420, 101, "profile weighs", "b f-blue")
-    s.text(420, 136, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>: where the", "b f-orange")
+    s.text(
+        420, 136, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>: where the", "b f-orange"
+    )
     s.text(420, 159, "probe was drawn", "b f-orange")
     return s
 
 
 def axes():
-    s = Sheet("axes", "In a crease the normal's probes graze the other wall, those of a tangent meet it")
+    s = Sheet(
+        "axes", "In a crease the normal's probes graze the other wall, those of a tangent meet it"
+    )
     edge, left, right = (300, 240), (40, 120), (392, 20)
     s.path([left, edge, (399, 0), (640, 0), (640, 300), (0, 300), (0, 102)], "wax", closed=True)
     s.path([(0, 101.5), edge, (399, 0)], "line ink")
@@ -177,7 +250,7 @@ def axes():
     def go(o, d, k):
         return (o[0] + k * d[0], o[1] + k * d[1])
 
-    # Along the normal, nearly parallel to the wall; along the tangent, nearly at right angles to it.
+    # Along the normal nearly parallel to the wall, along the tangent nearly at right angles to it.
     wall = (right[0] - edge[0], right[1] - edge[1])
     for k in (-75, -35, 30, 60, 105):
         o = go(x, t, k)
@@ -223,7 +296,9 @@ def sphere():
 
     for i in range(18):
         angle = i * math.pi / 9 + 0.11
-        s.path([o, (o[0] + 520 * math.cos(angle), o[1] + 520 * math.sin(angle))], "line thin soft pale")
+        s.path(
+            [o, (o[0] + 520 * math.cos(angle), o[1] + 520 * math.sin(angle))], "line thin soft pale"
+        )
     a, b = meet(-0.46), meet(-0.33)
     y = meet(-0.395)
     s.path([o, a, b], "f-blue pale", closed=True)
@@ -233,7 +308,12 @@ def sphere():
     slope = 0.0022 * (y[0] - 260)
     k = 60 / math.hypot(1, slope)
     s.arrow(y, (y[0] + k * slope, y[1] - k), "ink")
-    s.text(y[0] + k * slope + 8, y[1] - k + 6, "n<tspan baseline-shift='sub' font-size='13'>y</tspan>", "it b")
+    s.text(
+        y[0] + k * slope + 8,
+        y[1] - k + 6,
+        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        "it b",
+    )
     s.arrow(x, (260, 12), "ink")
     s.text(268, 24, "n", "it b")
     s.dot(x, 6, "f-ink")
@@ -243,13 +323,22 @@ def sphere():
     s.text(250, 126, "h", "it b f-orange", "end")
     s.text(y[0] - 12, y[1] - 14, "y", "it b", "end")
     s.text(396, 160, "w", "it b f-blue")
-    s.text(424, 216, "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·w| dA / |y - o|²", "b f-blue")
+    s.text(
+        424,
+        216,
+        "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·w| dA / |y - o|²",
+        "b f-blue",
+    )
     s.text(424, 240, "is the angle that dA fills", "small")
     return s
 
 
 def chord():
-    s = Sheet("chord", "Chords of a sphere about the entry cross a piece of surface as often however it is turned", 320)
+    s = Sheet(
+        "chord",
+        "Chords of a sphere about the entry cross a piece of surface as often however it is turned",
+        320,
+    )
     centre, rho = (165, 165), 140
     dice = random.Random(5)
 
@@ -267,7 +356,11 @@ def chord():
     for _ in range(34):
         s.path([on(), on()], "line thin soft pale")
     a, b = (centre[0] - 62, centre[1] - 125.5), (centre[0] + 131, centre[1] + 49.5)
-    t = next(k / 1000 for k in range(1000) if between(a, b, k / 1000)[1] > top(between(a, b, k / 1000)[0]))
+    t = next(
+        k / 1000
+        for k in range(1000)
+        if between(a, b, k / 1000)[1] > top(between(a, b, k / 1000)[0])
+    )
     y = between(a, b, t)
     s.path([a, b], "line blue")
     for at in (a, b):
@@ -288,7 +381,11 @@ def chord():
 
 
 def reservoir():
-    s = Sheet("reservoir", "A reservoir holds one candidate; each new one takes its place with the chance w / W", 250)
+    s = Sheet(
+        "reservoir",
+        "A reservoir holds one candidate; each new one takes its place with the chance w / W",
+        250,
+    )
     weights, taken, at, total, held = [2.0, 0.6, 3.2, 1.0, 1.6], [1, 0, 1, 0, 0], 60, 0.0, 0
     s.text(24, 34, "candidates, one after the other: the area is w", "b")
     for i, (w, take) in enumerate(zip(weights, taken)):
@@ -303,7 +400,13 @@ def reservoir():
         s.text(at, 217, str(held + 1), "b", "middle")
         if i:
             s.arrow((at - 124 + 20, 212), (at - 20, 212), "soft", "line thin")
-        s.text(at, 242, "takes its place" if take and i else "held" if i == 0 else "stays", "small", "middle")
+        s.text(
+            at,
+            242,
+            "takes its place" if take and i else "held" if i == 0 else "stays",
+            "small",
+            "middle",
+        )
         at += 124
     return s
 
@@ -313,7 +416,10 @@ def tile():
     dice, entries = random.Random(3), []
     for j in range(4):
         for i in range(4):
-            corner = [(60 + 62 * (i + u) + 20 * (j + v), 70 + 50 * (j + v)) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1))]
+            corner = [
+                (60 + 62 * (i + u) + 20 * (j + v), 70 + 50 * (j + v))
+                for u, v in ((0, 0), (1, 0), (1, 1), (0, 1))
+            ]
             s.path(corner, "wax", closed=True)
             s.path(corner + corner[:1], "line thin soft")
             u, v = 0.25 + 0.5 * dice.random(), 0.25 + 0.5 * dice.random()

@@ -1,5 +1,8 @@
-"""A small WebDriver client: Chromium without a display, for the test of the page and for its stills.
-SPDX-License-Identifier: MIT"""
+"""A small WebDriver client: Chromium without a display, for the test of the page and its stills.
+
+SPDX-License-Identifier: MIT
+"""
+
 import base64
 import json
 import shutil
@@ -10,8 +13,17 @@ import time
 import urllib.error
 import urllib.request
 
-FLAGS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars"]
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+]
 
 
 def free_port():
@@ -25,8 +37,9 @@ class Browser:
         self.profile = tempfile.mkdtemp()
         port = free_port()
         self.base = f"http://127.0.0.1:{port}"
-        self.driver = subprocess.Popen(["chromedriver", f"--port={port}"], stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.DEVNULL)
+        self.driver = subprocess.Popen(
+            ["chromedriver", f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
         for _ in range(100):
             try:
                 self.call("GET", "/status")
@@ -34,8 +47,11 @@ class Browser:
             except (urllib.error.URLError, ConnectionError):
                 time.sleep(0.1)
         options = {"args": FLAGS + [f"--user-data-dir={self.profile}"]}
-        wanted = {"browserName": "chrome", "goog:chromeOptions": options,
-                  "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
+        wanted = {
+            "browserName": "chrome",
+            "goog:chromeOptions": options,
+            "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"},
+        }
         answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
         self.session = "/session/" + answer["sessionId"]
         self.open("about:blank")
@@ -44,7 +60,9 @@ class Browser:
 
     def call(self, method, path, body=None):
         data = None if body is None else json.dumps(body).encode()
-        request = urllib.request.Request(self.base + path, data, {"Content-Type": "application/json"}, method=method)
+        request = urllib.request.Request(
+            self.base + path, data, {"Content-Type": "application/json"}, method=method
+        )
         try:
             with urllib.request.urlopen(request, timeout=120) as answer:
                 return json.load(answer)["value"]
@@ -62,8 +80,13 @@ class Browser:
         return self.post("/execute/sync", {"script": script, "args": list(arguments)})
 
     def view(self, width, height, dark=False, scripts=True, scale=1, touch=False):
-        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale,
-                      mobile=touch)
+        self.devtools(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=scale,
+            mobile=touch,
+        )
         self.devtools("Emulation.setTouchEmulationEnabled", enabled=touch)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.devtools("Emulation.setEmulatedMedia", features=[scheme])
@@ -76,18 +99,39 @@ class Browser:
         return self.post("/se/log", {"type": kind})
 
     def picture(self, file, x, y, width, height):
-        shot = self.devtools("Page.captureScreenshot", captureBeyondViewport=False,
-                             clip={"x": x, "y": y, "width": width, "height": height, "scale": 1})
+        shot = self.devtools(
+            "Page.captureScreenshot",
+            captureBeyondViewport=False,
+            clip={"x": x, "y": y, "width": width, "height": height, "scale": 1},
+        )
         with open(file, "wb") as out:
             out.write(base64.b64decode(shot["data"]))
 
     # Input, in pixels of the view.
     def pointer(self, points, kind="mouse"):
         """Presses at the first point, moves along the others, lets go."""
-        moves = [{"type": "pointerMove", "duration": 30, "x": round(x), "y": round(y)} for x, y in points]
-        actions = moves[:1] + [{"type": "pointerDown", "button": 0}] + moves[1:] + [{"type": "pointerUp", "button": 0}]
-        self.post("/actions", {"actions": [{"type": "pointer", "id": kind, "parameters": {"pointerType": kind},
-                                            "actions": actions}]})
+        moves = [
+            {"type": "pointerMove", "duration": 30, "x": round(x), "y": round(y)} for x, y in points
+        ]
+        actions = (
+            moves[:1]
+            + [{"type": "pointerDown", "button": 0}]
+            + moves[1:]
+            + [{"type": "pointerUp", "button": 0}]
+        )
+        self.post(
+            "/actions",
+            {
+                "actions": [
+                    {
+                        "type": "pointer",
+                        "id": kind,
+                        "parameters": {"pointerType": kind},
+                        "actions": actions,
+                    }
+                ]
+            },
+        )
 
     def keys(self, *keys):
         """Presses keys, given as characters of WebDriver's table."""

@@ -278,13 +278,23 @@ void ball_set(int ball, float sky) {
     }
 }
 
-EXPORT(ball_light)
-float ball_light(int ball, int channel, float cosine) {
+// What leaves a ball where the sun has this cosine: all three channels.
+static sss_vec3 ball_colour(int ball, float cosine) {
     float x = (0.5f + 0.5f * cosine) * (COSINES - 1), last = COSINES - 1.0001f;
     int i = (int)(x = x > last ? last : positive(x));
-    float rest = x - (float)i;
-    return ball_exitance[ball][i][channel] * (1.0f - rest) +
-           ball_exitance[ball][i + 1][channel] * rest;
+    const float *a = ball_exitance[ball][i], *b = ball_exitance[ball][i + 1];
+    float t = x - (float)i;
+    return vec(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2]));
+}
+
+EXPORT(ball_light)
+float ball_light(int ball, int channel, float cosine) {
+    sss_vec3 light = ball_colour(ball, cosine);
+    return channel == 0 ? light.x : channel == 1 ? light.y : light.z;
+}
+
+static unsigned char ball_tone(float light) {
+    return tone[(int)((light > 1.0f ? 1.0f : light) * (TONES - 1))];
 }
 
 // A square picture, side pixels wide, of the ball with this radius in pixels; the sun's direction
@@ -304,10 +314,10 @@ unsigned char *ball_render(int ball, int side, float radius, float sun_x, float 
             if (!(edge > 0.0f)) continue;
             float z = square_root(positive(1.0f - rho2)),
                   cosine = x * sun_x + y * sun_y + z * sun_z;
-            for (int c = 0; c < 3; c++) {
-                float light = EXPOSURE * ball_light(ball, c, cosine);
-                out[c] = tone[(int)((light > 1.0f ? 1.0f : light) * (TONES - 1))];
-            }
+            sss_vec3 light = ball_colour(ball, cosine);
+            out[0] = ball_tone(EXPOSURE * light.x);
+            out[1] = ball_tone(EXPOSURE * light.y);
+            out[2] = ball_tone(EXPOSURE * light.z);
         }
     }
     return ball_pixel;

@@ -1,8 +1,10 @@
-// live.js - what all live figures share: the frame around a canvas, controls, input and the clock. Plain JavaScript;
-// the builder joins it with figures/*.js and the compiled header. SPDX-License-Identifier: MIT
+// live.js - what all live figures share: the frame around a canvas, controls, input, the clock.
+// Plain JavaScript; the builder joins it with figures/*.js and the compiled header.
+// SPDX-License-Identifier: MIT
 //
-// A figure is define(name, make). make(f) adds controls and numbers to f and returns what the clock calls:
-//   work(seconds)     once a frame while the figure is seen and not paused; false when there is nothing left to do
+// A figure is define(name, make). make(f) adds controls and numbers to f. It returns what the clock
+// calls:
+//   work(seconds)     once a frame while the figure is seen and not paused; false when it is done
 //   draw(g, w, h)     after work, or when something changed; in CSS pixels
 //   show()            ten times a second: writes the live numbers
 //   grabs(x, y)       whether a drag may begin here; drag(x, y, first) then follows it
@@ -18,7 +20,10 @@ const still_eyes = matchMedia("(prefers-reduced-motion: reduce)").matches;
 // ---- Numbers as people read them
 
 const fixed = (x, digits) => (Number.isFinite(x) ? x.toFixed(digits) : "–");
-const thousands = (x) => Math.round(x).toString().replace(/\B(?=(\d{3})+$)/g, " ");
+const thousands = (x) =>
+    Math.round(x)
+        .toString()
+        .replace(/\B(?=(\d{3})+$)/g, " ");
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
 // ---- What C keeps in its memory; views are made anew, as memory may grow
@@ -29,15 +34,23 @@ const bytes = (at, count) => new Uint8ClampedArray(live.C.memory.buffer, at, cou
 
 // The probes and hits of the last run of a figure.
 const probes_drawn = () => {
-    const data = floats(live.C.probe_data(), 6 * live.C.probe_count()), list = [];
+    const data = floats(live.C.probe_data(), 6 * live.C.probe_count()),
+        list = [];
     for (let i = 0; i < data.length; i += 6) list.push(Array.from(data.subarray(i, i + 6)));
     return list;
 };
 const hits_drawn = () => {
-    const data = floats(live.C.hit_data(), 6 * live.C.hit_count()), list = [];
+    const data = floats(live.C.hit_data(), 6 * live.C.hit_count()),
+        list = [];
     for (let i = 0; i < data.length; i += 6)
-        list.push({ x: data[i], y: data[i + 1], z: data[i + 2], r: data[i + 3], weight: data[i + 4],
-            probe: data[i + 5] });
+        list.push({
+            x: data[i],
+            y: data[i + 1],
+            z: data[i + 2],
+            r: data[i + 3],
+            weight: data[i + 4],
+            probe: data[i + 5],
+        });
     return list;
 };
 
@@ -49,7 +62,8 @@ const element = (tag, inside, attributes) => {
     if (inside) inside.append(e);
     return e;
 };
-const line = (g, points, colour, width, dash) => {
+// A line through points, each [x, y], by a pen: [colour, width, dashes].
+const line = (g, [colour, width, dash], ...points) => {
     g.beginPath();
     points.forEach(([x, y], i) => (i ? g.lineTo(x, y) : g.moveTo(x, y)));
     g.strokeStyle = colour;
@@ -57,6 +71,12 @@ const line = (g, points, colour, width, dash) => {
     g.setLineDash(dash || []);
     g.stroke();
     g.setLineDash([]);
+};
+const polygon = (g, colour, ...points) => {
+    g.beginPath();
+    points.forEach(([x, y]) => g.lineTo(x, y));
+    g.fillStyle = colour;
+    g.fill();
 };
 const dot = (g, x, y, radius, colour, edge) => {
     g.beginPath();
@@ -93,15 +113,20 @@ const handle = (g, x, y, c) => {
 
 // An area of the canvas with axes in it: at(x, y) gives pixels. `log` axes take powers of ten.
 const plot = (g, c, box, x, y) => {
-    const value = (axis, v) => axis.log
-        ? Math.log(Math.max(v, 1e-30) / axis.from) / Math.log(axis.to / axis.from) : (v - axis.from) / (axis.to - axis.from);
-    const px = (v) => box.x + box.w * value(x, v), py = (v) => box.y + box.h * (1 - value(y, v));
+    const value = (axis, v) =>
+        axis.log
+            ? Math.log(Math.max(v, 1e-30) / axis.from) / Math.log(axis.to / axis.from)
+            : (v - axis.from) / (axis.to - axis.from);
+    const px = (v) => box.x + box.w * value(x, v),
+        py = (v) => box.y + box.h * (1 - value(y, v));
     (y.ticks || []).forEach((v) => {
-        line(g, [[box.x, py(v)], [box.x + box.w, py(v)]], c.rule, 1);
+        line(g, [c.rule, 1], [box.x, py(v)], [box.x + box.w, py(v)]);
         write(g, String(v), box.x - 6, py(v), c.soft, "right", 12);
     });
-    (x.ticks || []).forEach((v) => write(g, String(v) + (x.unit || ""), px(v), box.y + box.h + 13, c.soft, "center", 12));
-    line(g, [[box.x, box.y + box.h], [box.x + box.w, box.y + box.h]], c.soft, 1);
+    (x.ticks || []).forEach((v) =>
+        write(g, String(v) + (x.unit || ""), px(v), box.y + box.h + 13, c.soft, "center", 12),
+    );
+    line(g, [c.soft, 1], [box.x, box.y + box.h], [box.x + box.w, box.y + box.h]);
     if (x.title) write(g, x.title, box.x + box.w, box.y + box.h + 30, c.soft, "right", 12);
     if (y.title) write(g, y.title, box.x - 6 - (y.shift || 0), box.y - 14, c.soft, "left", 12);
     return { x: px, y: py, at: (a, b) => [px(a), py(b)] };
@@ -110,9 +135,25 @@ const plot = (g, c, box, x, y) => {
 // ---- The frame around a figure
 
 const read_colours = () => {
-    const style = getComputedStyle(document.documentElement), c = {};
-    ["ink", "soft", "rule", "paper", "panel", "accent", "grip", "blue", "orange", "green", "bad", "wax", "waxdeep",
-        "air", "glow"].forEach((name) => (c[name] = style.getPropertyValue("--" + name).trim()));
+    const style = getComputedStyle(document.documentElement),
+        c = {};
+    [
+        "ink",
+        "soft",
+        "rule",
+        "paper",
+        "panel",
+        "accent",
+        "grip",
+        "blue",
+        "orange",
+        "green",
+        "bad",
+        "wax",
+        "waxdeep",
+        "air",
+        "glow",
+    ].forEach((name) => (c[name] = style.getPropertyValue("--" + name).trim()));
     return c;
 };
 
@@ -160,15 +201,20 @@ class Frame {
                 return o.log ? from * Math.pow(to / from, t) : from + (to - from) * t;
             },
             set value(v) {
-                input.value = 1000 * (o.log ? Math.log(v / from) / Math.log(to / from) : (v - from) / (to - from));
+                input.value =
+                    1000 *
+                    (o.log ? Math.log(v / from) / Math.log(to / from) : (v - from) / (to - from));
                 write_value();
             },
         };
         const write_value = () => {
-            out.textContent = o.text ? o.text(control.value) : fixed(control.value, o.digits) + o.unit;
+            out.textContent = o.text
+                ? o.text(control.value)
+                : fixed(control.value, o.digits) + o.unit;
             input.setAttribute("aria-valuetext", out.textContent);
         };
-        input.addEventListener("keydown", (e) => { // without steps the browser's keys would go too far
+        input.addEventListener("keydown", (e) => {
+            // without steps the browser's keys would go too far
             const step = { ArrowLeft: -20, ArrowDown: -20, ArrowRight: 20, ArrowUp: 20 }[e.key];
             if (!step) return;
             e.preventDefault();
@@ -208,7 +254,8 @@ class Frame {
 
     // One of several: [[value, label], ...].
     choice(label, options, value, change) {
-        const box = element("fieldset", this.controls, { class: "choice" }), group = this.name + label;
+        const box = element("fieldset", this.controls, { class: "choice" }),
+            group = this.name + label;
         element("legend", box).textContent = label;
         const control = { value, inputs: {} };
         options.forEach(([v, text]) => {
@@ -232,7 +279,8 @@ class Frame {
         const dd = element("dd", box);
         if (colour) box.classList.add(colour);
         return {
-            box, dd,
+            box,
+            dd,
             set(text, bad) {
                 if (dd.textContent !== text) dd.textContent = text;
                 box.classList.toggle("bad", Boolean(bad));
@@ -252,7 +300,8 @@ class Frame {
     }
 
     resize() {
-        const w = this.canvas.parentNode.clientWidth, h = Math.round(this.height(w));
+        const w = this.canvas.parentNode.clientWidth,
+            h = Math.round(this.height(w));
         const scale = Math.min(window.devicePixelRatio || 1, 2);
         if (w === this.w && h === this.h && scale === this.scale) return;
         Object.assign(this, { w, h, scale });
@@ -283,12 +332,23 @@ class Frame {
             if (held) drag(e, false);
             else this.canvas.style.cursor = grabs(...place(e)) ? "grab" : "";
         });
-        ["pointerup", "pointercancel"].forEach((end) => this.canvas.addEventListener(end, () => (held = false)));
+        ["pointerup", "pointercancel"].forEach((end) =>
+            this.canvas.addEventListener(end, () => (held = false)),
+        );
         // A finger on a handle drags; elsewhere it scrolls the page.
-        this.canvas.addEventListener("touchstart", (e) => {
-            if (grabs(...place(e.touches[0]))) e.preventDefault();
-        }, { passive: false });
-        const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+        this.canvas.addEventListener(
+            "touchstart",
+            (e) => {
+                if (grabs(...place(e.touches[0]))) e.preventDefault();
+            },
+            { passive: false },
+        );
+        const ways = {
+            ArrowLeft: [-1, 0],
+            ArrowRight: [1, 0],
+            ArrowUp: [0, -1],
+            ArrowDown: [0, 1],
+        };
         this.canvas.addEventListener("keydown", (e) => {
             const [dx, dy] = ways[e.key] || [0, 0];
             if (!this.parts.key || e.ctrlKey || e.metaKey || e.altKey) return;
@@ -348,19 +408,23 @@ const start = async (code) => {
     });
 
     const size = new ResizeObserver(() => all.forEach((f) => f.resize()));
-    const sight = new IntersectionObserver((list) => list.forEach((entry) => {
-        const f = all.find((one) => one.box === entry.target);
-        f.seen = entry.isIntersecting;
-        f.dirty = f.dirty || f.seen;
-    }));
+    const sight = new IntersectionObserver((list) =>
+        list.forEach((entry) => {
+            const f = all.find((one) => one.box === entry.target);
+            f.seen = entry.isIntersecting;
+            f.dirty = f.dirty || f.seen;
+        }),
+    );
     all.forEach((f) => {
         size.observe(f.canvas.parentNode);
         sight.observe(f.box);
     });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => all.forEach((f) => {
-        f.c = read_colours();
-        f.dirty = true;
-    }));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+        all.forEach((f) => {
+            f.c = read_colours();
+            f.dirty = true;
+        }),
+    );
 
     let before = performance.now();
     const tick = (now) => {

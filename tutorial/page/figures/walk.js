@@ -1,11 +1,22 @@
 // Figure 1: light walks through a half space, and what comes back is the profile.
 define("walk", (f) => {
-    const C = live.C, bins = 48, width = 0.125, shown = 14;
-    let reach = 6, laser = 0, rate = 0, paths = [], wait = 0;
+    const C = live.C,
+        bins = 48,
+        width = 0.125,
+        shown = 14;
+    let reach = 6,
+        laser = 0,
+        rate = 0,
+        paths = [],
+        wait = 0;
 
-    f.title("A walk of light", "Drag the laser over the wax. Each path scatters until it is absorbed or comes back. " +
-        "The bars count where light came back; the line is sss_profile, which the header computes.",
-        "Keys: left and right move the laser.");
+    f.title(
+        "A walk of light",
+        "Drag the laser over the wax. Each path scatters until it is absorbed or comes " +
+            "back. The bars count where light came back. The line is sss_profile, from the " +
+            "header.",
+        "Keys: left and right move the laser.",
+    );
     const restart = () => {
         C.walk_begin(albedo.value, mfp.value, width, 1);
         paths = [];
@@ -15,13 +26,17 @@ define("walk", (f) => {
     const mfp = f.slider("mean free path", 0.1, 1.2, 0.4, { log: true, change: () => restart() });
     f.pause_button();
     f.button("Start again", () => restart());
-    const sent = f.number("paths"), back = f.number("came back"), asked = f.number("albedo asked for");
+    const sent = f.number("paths"),
+        back = f.number("came back"),
+        asked = f.number("albedo asked for");
     const half = f.number("half of it within");
     restart();
 
     // One path, drawn as it runs.
     const begin_path = () => {
-        const count = C.walk_one(), data = floats(C.walk_path(), 2 * count), points = [];
+        const count = C.walk_one(),
+            data = floats(C.walk_path(), 2 * count),
+            points = [];
         for (let i = 0; i < count; i++) points.push([data[2 * i], data[2 * i + 1]]);
         paths.push({ points, laser, at: 0, age: 0, back: count > 1 && points[count - 1][1] === 0 });
         if (paths.length > shown) paths.shift();
@@ -32,7 +47,8 @@ define("walk", (f) => {
     };
 
     const half_radius = () => {
-        let low = 0, high = 60;
+        let low = 0,
+            high = 60;
         for (let i = 0; i < 30; i++) {
             const middle = (low + high) / 2;
             if (C.within(1, 0, middle) < albedo.value / 2) low = middle;
@@ -56,11 +72,15 @@ define("walk", (f) => {
             paths = paths.filter((p) => p.age < 2.5);
             rate = Math.min(rate + seconds * 60, 400);
             let left = C.walk_count() < 2e6 ? Math.floor(rate) : 0;
-            if (left > 0) spend(4, () => C.walk_many(left > 0 ? Math.min(left, 20) : 0, (left -= 20)));
+            if (left > 0)
+                spend(4, () => C.walk_many(left > 0 ? Math.min(left, 20) : 0, (left -= 20)));
         },
 
         draw(g, w, h) {
-            const c = f.c, ground = Math.round(0.44 * h), unit = w / (2 * reach), at = w / 2 + laser * unit;
+            const c = f.c,
+                ground = Math.round(0.44 * h),
+                unit = w / (2 * reach),
+                at = w / 2 + laser * unit;
             const fill = g.createLinearGradient(0, ground, 0, h);
             fill.addColorStop(0, c.wax);
             fill.addColorStop(1, c.waxdeep);
@@ -70,13 +90,15 @@ define("walk", (f) => {
             g.fillRect(0, ground, w, h - ground);
 
             // Bars and the profile: power in a ring, half of it on each side.
-            const data = doubles(C.walk_bins(), 2 * bins), total = Math.max(C.walk_count(), 1);
-            const density = (r) => Math.PI * r * C.profile(1, 0, r), top = 0.74 * ground / density(1e-4);
+            const data = doubles(C.walk_bins(), 2 * bins),
+                total = Math.max(C.walk_count(), 1);
+            const density = (r) => Math.PI * r * C.profile(1, 0, r),
+                top = (0.74 * ground) / density(1e-4);
             g.fillStyle = c.orange;
             g.globalAlpha = 0.75;
             for (let side = 0; side < 2; side++) {
                 for (let i = 0; i < bins; i++) {
-                    const tall = Math.min(data[side * bins + i] / total / width * top, ground);
+                    const tall = Math.min((data[side * bins + i] / total / width) * top, ground);
                     const x = at + (side ? i : -i - 1) * width * unit;
                     g.fillRect(x + 0.5, ground - tall, width * unit - 1, tall);
                 }
@@ -85,10 +107,10 @@ define("walk", (f) => {
             for (const side of [-1, 1]) {
                 const curve = [];
                 for (let i = 0; i <= 120; i++) {
-                    const r = 1e-4 + 2 * reach * i / 120;
+                    const r = 1e-4 + (2 * reach * i) / 120;
                     curve.push([at + side * r * unit, ground - density(r) * top]);
                 }
-                line(g, curve, c.blue, 2.5);
+                line(g, [c.blue, 2.5], ...curve);
             }
 
             // Paths.
@@ -97,36 +119,61 @@ define("walk", (f) => {
             g.rect(0, ground, w, h - ground);
             g.clip();
             paths.forEach((p) => {
-                const x0 = w / 2 + p.laser * unit, whole = Math.floor(p.at), rest = p.at - whole, ended = p.age > 0;
+                const x0 = w / 2 + p.laser * unit,
+                    whole = Math.floor(p.at),
+                    rest = p.at - whole,
+                    ended = p.age > 0;
                 const seen = p.points.slice(0, whole + 1);
                 if (whole + 1 < p.points.length) {
-                    const [ax, az] = p.points[whole], [bx, bz] = p.points[whole + 1];
+                    const [ax, az] = p.points[whole],
+                        [bx, bz] = p.points[whole + 1];
                     seen.push([ax + rest * (bx - ax), az + rest * (bz - az)]);
                 }
                 const pixels = seen.map(([x, z]) => [x0 + x * unit, ground + z * unit]);
                 const [ex, ez] = pixels[pixels.length - 1];
                 g.globalAlpha = clamp(1 - p.age / 2.5, 0, 1) * (ended && !p.back ? 0.55 : 1);
-                line(g, pixels, c.glow, 1.5);
+                line(g, [c.glow, 1.5], ...pixels);
                 if (!ended) dot(g, ex, ez, 3, c.glow);
                 else if (!p.back) {
-                    line(g, [[ex - 4, ez - 4], [ex + 4, ez + 4]], c.ink, 1.5);
-                    line(g, [[ex - 4, ez + 4], [ex + 4, ez - 4]], c.ink, 1.5);
+                    line(g, [c.ink, 1.5], [ex - 4, ez - 4], [ex + 4, ez + 4]);
+                    line(g, [c.ink, 1.5], [ex - 4, ez + 4], [ex + 4, ez - 4]);
                 }
             });
             g.restore();
             g.globalAlpha = 1;
-            paths.filter((p) => p.back && p.age > 0).forEach((p) => {
-                g.globalAlpha = clamp(1 - p.age / 2.5, 0, 1);
-                dot(g, w / 2 + (p.laser + p.points[p.points.length - 1][0]) * unit, ground, 4.5, c.glow, c.ink);
-            });
+            paths
+                .filter((p) => p.back && p.age > 0)
+                .forEach((p) => {
+                    g.globalAlpha = clamp(1 - p.age / 2.5, 0, 1);
+                    dot(
+                        g,
+                        w / 2 + (p.laser + p.points[p.points.length - 1][0]) * unit,
+                        ground,
+                        4.5,
+                        c.glow,
+                        c.ink,
+                    );
+                });
             g.globalAlpha = 1;
 
             // The laser, and what is what.
-            line(g, [[0, ground], [w, ground]], c.ink, 1.5);
-            line(g, [[at, 0], [at, ground]], c.bad, 2.5);
+            line(g, [c.ink, 1.5], [0, ground], [w, ground]);
+            line(g, [c.bad, 2.5], [at, 0], [at, ground]);
             handle(g, at, 22, c);
-            const left = at > w / 2, tx = left ? 12 : w - 12, align = left ? "left" : "right";
-            write(g, w < 560 ? "bars: came back" : "bars: light that came back", tx, 20, c.orange, align, 13, 600, c.air);
+            const left = at > w / 2,
+                tx = left ? 12 : w - 12,
+                align = left ? "left" : "right";
+            write(
+                g,
+                w < 560 ? "bars: came back" : "bars: light that came back",
+                tx,
+                20,
+                c.orange,
+                align,
+                13,
+                600,
+                c.air,
+            );
             write(g, "line: sss_profile", tx, 40, c.blue, align, 13, 600, c.air);
             write(g, "× absorbed", 12, h - 16, c.ink, "left", 13, 400, c.waxdeep);
         },
@@ -138,7 +185,9 @@ define("walk", (f) => {
             half.set(fixed(half_radius() / mfp.value, 2) + " mean free paths");
         },
 
-        drag(x) { laser = clamp((x - f.w / 2) / (f.w / (2 * reach)), -reach + 0.5, reach - 0.5); },
+        drag(x) {
+            laser = clamp((x - f.w / 2) / (f.w / (2 * reach)), -reach + 0.5, reach - 0.5);
+        },
         key(dx) {
             if (!dx) return false;
             laser = clamp(laser + 0.25 * dx, -reach + 0.5, reach - 0.5);
