@@ -12,7 +12,7 @@ mkdir -p $out/pictures
 # ---- The header and figures.c, freestanding. The options are those of the programs: the same bits.
 
 exact='-ffp-contract=off -fno-math-errno -fno-trapping-math'
-strict='-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -Wno-ignored-pragmas'
+strict='-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror'
 clang --target=wasm32 -msimd128 -mbulk-memory -std=c99 -O3 -ffreestanding -nostdlib $exact $strict \
     -I. $page/figures.c -Wl,--no-entry -Wl,--strip-all -Wl,-z,stack-size=262144 \
     -o $out/figures.wasm
