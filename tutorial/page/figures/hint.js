@@ -43,12 +43,22 @@ define("hint", (f) => {
 
     C.hint_scene();
     C.hint_begin(...entry, seed);
-    const exact = C.hint_truth();
-    C.hint_run(plain_samples);
-    const plain_variance = C.hint_variance();
-    const ticks = [...Array(40).keys()]
-        .map((i) => i / 10)
-        .filter((v) => v > exact * 0.6 && v < exact * 1.4);
+    let exact = 0,
+        plain_variance = 0,
+        ticks = [];
+    // What takes a while, when the figure is first seen: the integral, and the variance of a guess
+    // that is the same everywhere, measured with it.
+    const prepare = () => {
+        const mine = Array.from(guess());
+        guess().fill(1);
+        C.hint_begin(...entry, seed);
+        exact = C.hint_truth();
+        C.hint_run(plain_samples);
+        plain_variance = C.hint_variance();
+        guess().set(mine);
+        ticks = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8].filter((v) => v > exact * 0.6 && v < exact * 1.4);
+        restart();
+    };
     const restart = () => {
         C.hint_begin(...entry, seed);
         trace = [];
@@ -115,6 +125,7 @@ define("hint", (f) => {
     f.height = (w) => (w >= 760 ? 0.3 * w + 92 : w / 2 + 330);
     return {
         work() {
+            if (!exact) prepare();
             if (C.hint_count() >= most) return false;
             let left = clamp(Math.round(0.06 * C.hint_count()), 100, 1e5);
             spend(4, () => (C.hint_run(left > 0 ? Math.min(left, 250) : 0), (left -= 250)));
@@ -214,6 +225,6 @@ define("hint", (f) => {
             const p = places().right;
             return [p.x + 0.6 * p.side, p.y + 0.7 * p.side];
         },
-        state: () => ({ guess: Array.from(guess()), exact }),
+        state: () => ({ guess: Array.from(guess()) }),
     };
 });
