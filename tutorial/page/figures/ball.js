@@ -7,9 +7,10 @@ const towards = ([x, y]) => {
     const k = far > 0 ? Math.sin(angle) / far : 0;
     return [x * k, y * k, Math.cos(angle)];
 };
+// Light changes so slowly over a ball that a picture with fewer pixels than the canvas will do.
 const paint_ball = (g, picture, ball, x, y, radius, scale, sun) => {
-    const side = Math.min(Math.round(2.1 * radius * scale), 520),
-        s = 2.1 * radius;
+    const s = 2.1 * radius,
+        side = Math.round(Math.min(0.8 * s * scale, 480));
     const data = bytes(live.C.ball_render(ball, side, side / 2.1, ...sun), 4 * side * side);
     if (picture.width !== side) picture.width = picture.height = side;
     picture
