@@ -757,11 +757,18 @@ static const float bear_shape[BEAR_PARTS][6] = { // centre, radii; y is up, z to
 static sss_vec3 bear_centre[BEAR_PARTS], bear_inverse[BEAR_PARTS], bear_sun;
 static sss_plan bear_plan[WAYS];
 static int bear_shadow_rays, bear_tile[WAYS], bear_pass[WAYS];
-static float bear_sum[WAYS][2][SIDE * SIDE]
-                     [4]; // red, green, blue and the number of samples, of even and odd passes
 static unsigned char bear_pixel[SIDE * SIDE * 4];
-static const float bear_view = 1.08f, bear_light = 4.0f,
-                   bear_sky = 0.4f; // half the picture's side; irradiances
+static const float bear_view = 1.08f;                  // half the side of the picture
+static const float bear_light = 4.0f, bear_sky = 0.4f; // irradiances
+
+// Of even and of odd passes: red, green, blue and the number of samples.
+static float bear_sum[WAYS][2][SIDE * SIDE][4];
+
+// The tile that is worked on: its lookups, and what they have gathered.
+static int tile_count, tile_pixel[TILE_ENTRIES];
+static sss_entry tile_entry[TILE_ENTRIES];
+static sss_vec3 tile_normal[TILE_ENTRIES];
+static float tile_value[TILE_ENTRIES][3];
 
 static sss_vec3 scaled(sss_vec3 v, sss_vec3 by) { return vec(v.x * by.x, v.y * by.y, v.z * by.z); }
 static sss_vec3 unit(sss_vec3 v) {
@@ -882,54 +889,60 @@ static int bear_lookup(int way, sss_vec3 x, sss_vec3 n, uint32_t seed, uint32_t 
     return sss_finish(&s, exits);
 }
 
-// One tile of one way: a sample for each of its pixels. Tiles are shifted from pass to pass.
-static void bear_run_tile(int way, int tile, int pass) {
-    static sss_entry entry[TILE_ENTRIES];
-    static int pixel[TILE_ENTRIES];
-    static float value[TILE_ENTRIES][3], weight[TILE_ENTRIES][3];
+// Where the camera's rays through a tile meet the bear. Tiles are shifted from pass to pass.
+static void bear_enter(int way, int tile, int pass) {
     uint32_t shift = sss_hash((uint32_t)pass, 77u);
-    int left = tile % TILES * TILE - (int)(shift & (TILE - 1)),
-        top_row = tile / TILES * TILE - (int)(shift >> 8 & (TILE - 1));
-    int count = 0;
-    sss_vec3 normal[TILE_ENTRIES];
+    int left = tile % TILES * TILE - (int)(shift & (TILE - 1));
+    int top_row = tile / TILES * TILE - (int)(shift >> 8 & (TILE - 1));
 
-    // Where the camera's rays meet the bear.
+    tile_count = 0;
     for (int k = 0; k < TILE_ENTRIES; k++) {
-        int i = left + k % TILE, j = top_row + k / TILE;
+        int i = left + k % TILE, j = top_row + k / TILE, n = tile_count;
         bear_hit hits[BEAR_HITS];
         if (i < 0 || j < 0 || i >= SIDE || j >= SIDE) continue;
-        float *sum = bear_sum[way][pass & 1][j * SIDE + i];
-        random_begin(sss_hash((uint32_t)(j * SIDE + i), (uint32_t)(pass * WAYS + way)));
-        float u = ((float)i + rnd()) / SIDE, v = ((float)j + rnd()) / SIDE;
-        sss_vec3 o = vec(bear_view * (2.0f * u - 1.0f), bear_view * (1.0f - 2.0f * v), 3.0f);
-        sum[3] += 1.0f;
-        if (!bear_hits(o, vec(0.0f, 0.0f, -1.0f), 6.0f, hits)) continue;
-        entry[count].position = hits[0].y;
-        entry[count].medium = &medium[8];
-        normal[count] = hits[0].n;
-        pixel[count] = j * SIDE + i;
-        for (int c = 0; c < 3; c++) value[count][c] = 0.0f;
-        count++;
-    }
 
-    // Their exits, shaded once each.
-    for (int k = 0; k < count; k++) {
-        sss_exit exits[SSS_MAX_EXITS];
-        uint32_t seed = sss_hash((uint32_t)pixel[k], (uint32_t)way);
-        int found = bear_lookup(way, entry[k].position, normal[k], seed, (uint32_t)pass, exits);
-        for (int e = 0; e < found; e++) {
-            float light = bear_irradiance(exits[e].position, exits[e].normal, bear_shadow_rays);
-            if (way == SHARED) {
-                sss_share(&exits[e], entry, count, k, 2.0f * bear_view / SIDE, weight);
-                for (int m = 0; m < count; m++)
-                    for (int c = 0; c < 3; c++) value[m][c] += weight[m][c] * light;
-            } else {
-                for (int c = 0; c < 3; c++) value[k][c] += exits[e].weight[c] * light;
-            }
-        }
+        random_begin(sss_hash((uint32_t)(j * SIDE + i), (uint32_t)(pass * WAYS + way)));
+        float u = 2.0f * ((float)i + rnd()) / SIDE - 1.0f;
+        float v = 1.0f - 2.0f * ((float)j + rnd()) / SIDE;
+        sss_vec3 eye = vec(bear_view * u, bear_view * v, 3.0f);
+        bear_sum[way][pass & 1][j * SIDE + i][3] += 1.0f;
+        if (!bear_hits(eye, vec(0.0f, 0.0f, -1.0f), 6.0f, hits)) continue;
+
+        tile_pixel[n] = j * SIDE + i;
+        tile_entry[n].position = hits[0].y;
+        tile_entry[n].medium = &medium[8];
+        tile_normal[n] = hits[0].n;
+        for (int c = 0; c < 3; c++) tile_value[n][c] = 0.0f;
+        tile_count++;
     }
-    for (int k = 0; k < count; k++)
-        for (int c = 0; c < 3; c++) bear_sum[way][pass & 1][pixel[k]][c] += value[k][c];
+}
+
+// Adds the light of an exit of lookup k to it, or to all lookups of the tile.
+static void bear_gather(int way, int k, const sss_exit *exit) {
+    static float weight[TILE_ENTRIES][3];
+    float light = bear_irradiance(exit->position, exit->normal, bear_shadow_rays);
+
+    if (way != SHARED) {
+        for (int c = 0; c < 3; c++) tile_value[k][c] += exit->weight[c] * light;
+        return;
+    }
+    sss_share(exit, tile_entry, tile_count, k, 2.0f * bear_view / SIDE, weight);
+    for (int m = 0; m < tile_count; m++)
+        for (int c = 0; c < 3; c++) tile_value[m][c] += weight[m][c] * light;
+}
+
+// One sample for each pixel of a tile.
+static void bear_run_tile(int way, int tile, int pass) {
+    bear_enter(way, tile, pass);
+    for (int k = 0; k < tile_count; k++) {
+        sss_exit exits[SSS_MAX_EXITS];
+        uint32_t seed = sss_hash((uint32_t)tile_pixel[k], (uint32_t)way);
+        int found =
+            bear_lookup(way, tile_entry[k].position, tile_normal[k], seed, (uint32_t)pass, exits);
+        for (int e = 0; e < found; e++) bear_gather(way, k, &exits[e]);
+    }
+    for (int k = 0; k < tile_count; k++)
+        for (int c = 0; c < 3; c++) bear_sum[way][pass & 1][tile_pixel[k]][c] += tile_value[k][c];
 }
 
 EXPORT(bear_run)
