@@ -35,7 +35,7 @@ CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
-    mix chart model-error failures bench tutorial tutorial-html install clean
+    mix chart model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -54,7 +54,7 @@ help:
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
 	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
-	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
+	@echo 'make page          the tutorial as one page with live figures: build/page/index.html (make setup-page first)'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       the header to PREFIX/include ($(PREFIX)), and what CMake and pkg-config find it by'
 	@echo 'make clean         remove build/'
@@ -176,8 +176,26 @@ failures: build/failures
 tutorial:
 	tutorial/make.sh
 
-tutorial-html: | build
-	tutorial/page.sh > build/tutorial.html || { rm -f build/tutorial.html; exit 1; }
+# ---- The live page: the tutorial's text, and figures that the header itself drives, compiled to WebAssembly.
+.PHONY: page page-stills setup-page drawings
+PAGE := clang lld pandoc webp python3 chromium chromium-driver
+
+setup-page:
+	@$(MAKE) --no-print-directory setup PACKAGES='$(PAGE)'
+
+page: | build
+	tutorial/page/build.sh
+
+drawings:
+	python3 tutorial/drawings/draw.py
+
+page-stills: page
+	python3 tutorial/page/stills.py
+
+# Figure 7 as a native program, for tests/page.py: its mean has the same bits.
+build/page/figures: tutorial/page/figures.c sss_resample.h
+	@mkdir -p build/page
+	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
 # All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
 # Each test has one core, and tests run side by side. What they have measured is kept in build/logs.

@@ -2244,8 +2244,8 @@ static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     return 1;
 }
 
-/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a few
-   roundings outside sees its own surface once more, from outside: there the segment goes on. */
+/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a
+   few roundings outside sees its own surface once more, from outside: there the segment goes on. */
 static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec3 normal,
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
