@@ -8,7 +8,7 @@ int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {0.008f, 0.006f, 0.004f};
     static const char *const name[3] = {"red", "green", "blue"};
     static tally channel[3];
-    sss_plan plan = {1, 1, SSS_WALK, 0, 0, 0};
+    sss_plan plan = {4, 1, SSS_WALK, 0, 0, 0};
     sss_medium wax;
     uint32_t i;
     int c;
