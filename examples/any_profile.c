@@ -1,8 +1,9 @@
-/* Any profile: the exits come from one of the header's profiles, and your own one weighs them. Here
-   it is a Gaussian. First on the picked exit: its weight times own Rd over sss_profile. Then on every
-   hit, without a pick: own Rd over the density of the hits, which is sss_intensity times the number
-   of probes. Both have the integral of the own profile as their expected value wherever the medium's
-   profile is above zero; the nearer the two profiles are, the less noise. SPDX-License-Identifier: MIT */
+/* Any profile: the exits come from one of the header's profiles, and your own one weighs them.
+   Here it is a Gaussian. First on the picked exit: its weight times own Rd over sss_profile. Then
+   on every hit, without a pick: own Rd over the density of the hits, which is sss_intensity times
+   the number of probes. Both have the integral of the own profile as their expected value
+   wherever the medium's profile is above zero; the nearer the two profiles are, the less noise.
+   SPDX-License-Identifier: MIT */
 #include "renderer.h"
 
 #define CANDIDATES 8
@@ -12,7 +13,8 @@ static const float own_albedo[3] = {0.8f, 0.5f, 0.2f}, width[3] = {0.2f, 0.12f, 
 static float own_profile(int channel, float r) {
     float x = r / width[channel];
 
-    return own_albedo[channel] * expf(-0.5f * x * x) / (2.0f * PI * width[channel] * width[channel]);
+    return own_albedo[channel] * expf(-0.5f * x * x) /
+           (2.0f * PI * width[channel] * width[channel]);
 }
 
 /* Over both faces of the slab: the lower one is a plane at the distance THICKNESS. */

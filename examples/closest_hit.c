@@ -1,7 +1,8 @@
 /* For a renderer whose rays find the closest hit alone. It steps along the probe: always from the
-   probe's origin, from the float after the last hit's t on. Every triangle has the same t each time,
-   so none is met twice, and there is no epsilon for a thin part to be lost in. (To start anew at
-   the last hit is what goes wrong: its position is rounded.) SPDX-License-Identifier: MIT */
+   probe's origin, from the float after the last hit's t on. Every triangle has the same t each
+   time, so none is met twice, and there is no epsilon for a thin part to be lost in. (To start
+   anew at the last hit is what goes wrong: its position is rounded.)
+   SPDX-License-Identifier: MIT */
 #include "renderer.h"
 
 static int lookup(const sss_medium *wax, uint32_t seed, sss_exit *exit) {

@@ -22,7 +22,8 @@ static float fresnel(float cosine, float eta) {
     return 0.5f * (s * s + p * p);
 }
 
-/* 1 - 2 * the first moment of that reflectance, for eta > 1 (Walsh 1926). Once for each material. */
+/* 1 - 2 * the first moment of that reflectance, for eta > 1 (Walsh 1926). Once for each material.
+   */
 static float mean_transmittance(double n) {
     double n2 = n * n, n4 = n2 * n2;
     double reflected =
@@ -55,7 +56,8 @@ static float lamp_density(sss_vec3 w) {
 static float cosine_density(float cosine) { return cosine > 0.0f ? cosine / PI : 0.0f; }
 
 static sss_vec3 lamp_direction(float u, float v) {
-    float x = LAMP * (u - 0.5f), y = LAMP * (v - 0.5f), inverse = 1.0f / sqrtf(1.0f + x * x + y * y);
+    float x = LAMP * (u - 0.5f), y = LAMP * (v - 0.5f),
+          inverse = 1.0f / sqrtf(1.0f + x * x + y * y);
 
     return vec(x * inverse, y * inverse, inverse);
 }
@@ -90,8 +92,8 @@ static double lamp_adds(float c) {
     int i, n = 256;
 
     for (i = 0; i < n * n; ++i) {
-        sss_vec3 w = lamp_direction(((float)(i % n) + 0.5f) / (float)n,
-                                    ((float)(i / n) + 0.5f) / (float)n);
+        sss_vec3 w =
+            lamp_direction(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
 
         sum += (double)((1.0f - fresnel(w.z, ETA)) / (c * PI) * w.z / lamp_density(w));
     }

@@ -1,8 +1,8 @@
-/* Albedo and length from textures. The lookup takes the medium at the entry. That alone is what most
-   renderers do, and it is not reciprocal where the texture changes: to look from x to y is then not
-   the same as from y to x. Here the exit's weight is set right for a profile that is: the geometric
-   mean of the entry's and the exit's. The texture is a round spot about the entry, inside one medium
-   and outside the other. SPDX-License-Identifier: MIT */
+/* Albedo and length from textures. The lookup takes the medium at the entry. That alone is what
+   most renderers do, and it is not reciprocal where the texture changes: to look from x to y is
+   then not the same as from y to x. Here the exit's weight is set right for a profile that is:
+   the geometric mean of the entry's and the exit's. The texture is a round spot about the entry,
+   inside one medium and outside the other. SPDX-License-Identifier: MIT */
 #include "renderer.h"
 
 #define SPOT 0.15f /* its radius */

@@ -1,6 +1,7 @@
-/* For a renderer that works tile by tile: every pixel makes its own lookup and shades its own exits,
-   then each exit also counts for the other pixels of the tile. Nothing is traced for that. The tile
-   must be chosen without a look at the random numbers, and hold one object. SPDX-License-Identifier: MIT */
+/* For a renderer that works tile by tile: every pixel makes its own lookup and shades its own
+   exits, then each exit also counts for the other pixels of the tile. Nothing is traced for that.
+   The tile must be chosen without a look at the random numbers, and hold one object.
+   SPDX-License-Identifier: MIT */
 #include "renderer.h"
 
 #define SIDE   4
