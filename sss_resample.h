@@ -73,7 +73,7 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 times the shortest dmfp of the medium, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
    renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
    in its own precision. Channels far narrower than the widest one scatter like Lambert (see
    sss_medium).
@@ -137,8 +137,8 @@
 #define SSSI_OPENCL 0
 #endif
 
-/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the file.
-   */
+/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the
+   file. */
 #if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
 #pragma float_control(push)
 #pragma float_control(precise, on)
@@ -186,8 +186,8 @@ static inline float sssi_float(uint32_t u) {
 #define SSSI_FN static inline
 #endif
 
-/* A function that holds such loops stays apart, so that they vectorise whatever its caller is like.
-   */
+/* A function that holds such loops stays apart, so that they vectorise whatever its caller is
+   like. */
 #if defined(__OPTIMIZE__) || SSSI_OPENCL
 #define SSSI_APART static __attribute__((noinline, unused))
 #else
@@ -460,10 +460,10 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
 
 /* A hit of the last probe, in order of distance (another order changes bits, not the expected
-   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the light
-   that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes.
-   Positive values act as clamped to [2^-30, 2^30] and change the variance, not the expected value.
-   */
+   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the
+   light that arrives there, 1 when not known. 0 drops the hit, which is exact only where no
+   light comes. Positive values act as clamped to [2^-30, 2^30] and change the variance, not the
+   expected value. */
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
@@ -995,8 +995,8 @@ static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], co
     return sssi_make_burley(m, albedo, mfp, 1);
 }
 
-/* Loops over three channels vectorise when they go over four: the last is one of the others again.
-   */
+/* Loops over three channels vectorise when they go over four: the last is one of the others
+   again. */
 #define SSSI_FOUR 4
 SSSI_FN int sssi_channel_of(int lane) { return lane < 3 ? lane : 0; }
 
@@ -1035,8 +1035,8 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
     c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
 
-    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle.
-       */
+    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
+       angle. */
     if (eta > 1.0f) {
         float critical = n2 / (n * n);
 
@@ -2064,8 +2064,8 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 /* ---- Walk [9]: each candidate is one random walk ---- */
 
 /* A guard for renderers whose segments find no surface. It cuts less than 1e-4 of the light for
-   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses 5e-4.
-   */
+   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses
+   5e-4. */
 #define SSSI_MAX_SCATTERINGS 4194304
 
 #define SSSI_LN_HALF (-0.69314718f)
