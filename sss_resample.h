@@ -73,9 +73,10 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 lengths of the medium; at 1e5 it is off by 1 %, at 1e6 by 4 % and more. A renderer
-   with larger coordinates begins the lookup at the origin and adds the entry to each probe in its
-   own precision. Channels far narrower than the widest one scatter like Lambert (see sss_medium).
+   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
+   in its own precision. Channels far narrower than the widest one scatter like Lambert (see
+   sss_medium).
 
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
    Use a seed once.
@@ -136,8 +137,8 @@
 #define SSSI_OPENCL 0
 #endif
 
-/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the file.
- */
+/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the
+   file. */
 #if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
 #pragma float_control(push)
 #pragma float_control(precise, on)
@@ -185,8 +186,8 @@ static inline float sssi_float(uint32_t u) {
 #define SSSI_FN static inline
 #endif
 
-/* A function that holds such loops stays apart, so that they vectorise whatever its caller is like.
- */
+/* A function that holds such loops stays apart, so that they vectorise whatever its caller is
+   like. */
 #if defined(__OPTIMIZE__) || SSSI_OPENCL
 #define SSSI_APART static __attribute__((noinline, unused))
 #else
@@ -434,11 +435,11 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 static inline float sss_profile(const sss_medium *m, int channel, float r);
 
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not
- * exist. */
+   exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
 /* The cheapest plan whose model is good enough for a need. See the definition for the rule and its
- * error. */
+   error. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
@@ -459,10 +460,10 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
 
 /* A hit of the last probe, in order of distance (another order changes bits, not the expected
-   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the light
-   that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes.
-   Positive values act as clamped to [2^-30, 2^30] and change the variance, not the expected value.
- */
+   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the
+   light that arrives there, 1 when not known. 0 drops the hit, which is exact only where no
+   light comes. Positive values act as clamped to [2^-30, 2^30] and change the variance, not the
+   expected value. */
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
@@ -479,14 +480,14 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* One exit, many lookups [8]: the weight of an exit for every entry of a group of lookups, of which
    number `own` found it. Add weight[i][c] * E(exit) to the estimate of entry i, for every exit of
-   every member. The expected value stays the contract's if - the group is chosen without a look at
-   the random numbers (a tile of pixels, one object); - every member made its own lookup, also if
-   that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do where all is flat).
-   No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours then have
-   correlated noise: shift the tiles from pass to pass. A channel of an entry whose length is below
-   half of `spacing`, the distance of neighbours, gains nothing (demos/study/tile.c): there each
-   entry keeps to its own exits. Exits with mass 0 serve their own entry alone. Fastest if all
-   entries point to one medium. */
+   every member. The expected value stays the contract's under two conditions. The group is chosen
+   without a look at the random numbers (a tile of pixels, one object). Every member made its own
+   lookup, also if that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do
+   where all is flat). No ray is needed. weight[i][c] is at most albedo * live channels * mass.
+   Neighbours then have correlated noise: shift the tiles from pass to pass. A channel of an entry
+   whose length is below half of `spacing`, the distance of neighbours, gains nothing
+   (demos/study/tile.c): there each entry keeps to its own exits. Exits with mass 0 serve their own
+   entry alone. Fastest if all entries point to one medium. */
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]);
 
@@ -497,7 +498,7 @@ static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const s
                                     float density_sum, float weight[3]);
 
 /* 1 if a channel takes part at this spacing, 0 if each entry keeps to its own exits: the rule
- * above. */
+   above. */
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all
@@ -513,8 +514,9 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
 #define SSSI_FARTHEST 1e30f    /* the largest coordinate of an entry */
 #define SSSI_TAIL     1e-4f    /* what r_max leaves out */
 #define SSSI_NARROW   9.5367432e-7f /* 2^-20: shortest live length, over r_max */
-#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sssi_set_optics */
+#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sss_begin_sample */
 #define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
 #define SSSI_TINY 1e-36f
@@ -629,7 +631,7 @@ SSSI_FN int sssi_normalize(sss_vec3 *v) {
 }
 
 /* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT
- * 2017. */
+   2017. */
 SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
     float sign = n.z >= 0.0f ? 1.0f : -1.0f;
     float a = -1.0f / (sign + n.z);
@@ -701,7 +703,7 @@ SSSI_FN float sssi_burley_unit(float d, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_burley_tail(float d, float r) {
     float e = sssi_exp(-r / (3.0f * d));
 
@@ -763,7 +765,7 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_dipole_tail(const sss_medium *m, int c, float r) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float dr = SSSI_SQRT(r * r + zr * zr);
@@ -993,13 +995,13 @@ static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], co
     return sssi_make_burley(m, albedo, mfp, 1);
 }
 
-/* Loops over three channels vectorise when they go over four: the last is one of the others again.
- */
+/* Loops over three channels vectorise when they go over four: the last is one of the others
+   again. */
 #define SSSI_FOUR 4
 SSSI_FN int sssi_channel_of(int lane) { return lane < 3 ? lane : 0; }
 
 /* The boundary of a dipole: z_v = z_r + 4 A D, and the part of the reflectance that comes from the
- * flux. */
+   flux. */
 typedef struct sssi_boundary {
     int better;
     float a, flux;
@@ -1033,8 +1035,8 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
     c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
 
-    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle.
-     */
+    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
+       angle. */
     if (eta > 1.0f) {
         float critical = n2 / (n * n);
 
@@ -1150,7 +1152,7 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             sssi_set_dipole(m, c, b, h, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
-             * it. */
+               it. */
             sssi_set_volume(m, c, volume.lack, zr / volume.sigma);
             m->similarity[c] = sssi_similarity(h.lack);
         }
@@ -1200,7 +1202,7 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
 }
 
 /* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
- * of them. */
+   of them. */
 typedef struct sssi_secant {
     float y[SSSI_FOUR],
         miss[SSSI_FOUR]; /* the point of the step before, and how far its odds are off */
@@ -1420,7 +1422,7 @@ SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
 }
 
 /* The logarithms that weigh a walk, the extinctions' over that of channel 0. ln albedo = ln(1 -
- * s^2). */
+   s^2). */
 SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     const sss_medium *m = &s->optics.medium;
     sssi_walk *w = &s->walk;
@@ -1491,8 +1493,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     /* The segments end a little within the ball outside of which their intensity is 0: no rounding
        of a hit can carry it out of the ball, where it would be weighed as if only chords went
-       there. What lies in the shell between the two is lost; it has less than 1e-4 of the light
-       even if all of the tail is there. */
+       there. What lies in the thin shell between the two is lost: at most 2e-3 of the albedo, and
+       that only if the surface is a sphere of this very radius about the entry. */
     s->ball = s->optics.medium.r_max * (1.0f - SSSI_SHELL);
     s->reach = s->ball * (1.0f - SSSI_SHELL);
     s->blur = SSSI_BLUR * (s->optics.medium.r_max + sssi_longest(position) / s->optics.unit);
@@ -1624,7 +1626,7 @@ SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
 }
 
 /* Disk [3]. A line at the distance r from its axis; beyond the reach its ends meet, and there is no
- * probe. */
+   probe. */
 SSSI_FN sssi_ends sssi_disk_ends(float r, float reach) {
     float height = SSSI_SQRT(sssi_max(reach * reach - r * r, 0.0f));
     sssi_ends e = {r, height, r, -height};
@@ -2062,8 +2064,8 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 /* ---- Walk [9]: each candidate is one random walk ---- */
 
 /* A guard for renderers whose segments find no surface. It cuts less than 1e-4 of the light for
-   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses 5e-4.
- */
+   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses
+   5e-4. */
 #define SSSI_MAX_SCATTERINGS 4194304
 
 #define SSSI_LN_HALF (-0.69314718f)
@@ -2411,7 +2413,7 @@ SSSI_FN float sssi_share_distance2(sss_vec3 exit, sss_vec3 entry, float scale) {
 SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0.0f; }
 
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
- * units. */
+   units. */
 SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                  float profile[3]) {
     sssi_optics o = sssi_make_optics(m, 0u);
@@ -2567,8 +2569,8 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
 
 /* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
    sharing)) of them pay: here the power of two next to it. */
-SSSI_FN int sssi_plan_candidates(float cost) {
-    int candidates = 2;
+SSSI_FN int sssi_plan_candidates(int least, float cost) {
+    int candidates = least;
 
     while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
     return candidates;
@@ -2593,6 +2595,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
     float r = sssi_max(need->curvature_radius, 0.0f);
     float tolerance = need->tolerance > 0.0f ? need->tolerance : 0.1f;
+    float cost = sssi_max(need->shading_cost, 0.0f);
     float error = 0.0f, light = 0.0f;
     int c, live = 0;
 
@@ -2609,19 +2612,19 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* Walks all weigh the same, so that a choice among them pays only with hints. The same holds
-       for what one disk finds on a plane. */
-    if (plan.techniques == SSS_WALK) plan.candidates = need->hinted ? 2 : 1;
+    /* A walk costs some ten probes. Without hints all walks weigh nearly the same, as do the hits
+       of a disk on a plane: then there is nothing to choose from. */
+    if (plan.techniques == SSS_WALK)
+        plan.candidates = need->hinted ? sssi_plan_candidates(1, 0.1f * cost) : 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
+
     plan.tile = sssi_plan_tile(m, need->footprint);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
-    } else {
-        float cost = sssi_max(need->shading_cost, 0.0f);
-
-        if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
-        plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
+        return plan;
     }
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(2, cost + (plan.tile ? 2.0f : 0.0f));
+    plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }
 
