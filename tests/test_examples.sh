@@ -15,7 +15,7 @@ runs() {
 }
 
 # Each line "NAME: MEAN +- ERROR, truth T" up to one that says "with a fault each:". An error of 0
-# means that every sample is the truth. All examples together have 20 independent z-scores: the
+# means that every sample is the truth. All examples together have 26 independent z-scores: the
 # limit of 5 fails correct ones with a chance of 1e-5.
 agrees() {
     sed '/^with a fault each:/,$d; s/.*: //' "$work/$1.out" |
@@ -36,6 +36,12 @@ faults_show() {
 sharing_pays() {
     sed 's/.*: //' "$work/tile.out" |
         awk '{ e[NR] = $3 } END { print e[2] / e[1]; exit !(e[2] < 0.5 * e[1]) }' FS='[ ,]+'
+}
+
+# A hint whose floor is the light that it leaves out halves the variance, at least.
+hint_pays() {
+    sed 's/.*: //' "$work/hint.out" |
+        awk '{ v[NR] = $3 * $3 } END { print v[4] / v[1]; exit !(v[4] < 0.5 * v[1]) }' FS='[ ,]+'
 }
 
 # example NAME LINES [LIMIT]: how many lines it prints, and the largest relative standard error,
@@ -60,6 +66,8 @@ check "sharing pays" sharing_pays
 example texture 3
 example any_profile 6
 example fresnel 2
+example hint 6
+check "the hint pays" hint_pays
 example furnace 9
 check "the furnace shows the faults" faults_show
 finish
