@@ -1010,30 +1010,41 @@ typedef struct sssi_boundary {
 /* Moments C1 and C2 of the internal Fresnel reflectance F: C_i = integral of F mu^i dmu over 0..1,
    mu the cosine inside. y is the cosine on the thin side, z that on the dense one. A quintic in
    place of y makes the midpoint rule converge as a Gauss rule does: 2e-8 for all eta. */
+#define SSSI_NODES 32
 SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n = eta > 1.0f ? eta : 1.0f / eta;
     float n2 = (n - 1.0f) * (n + 1.0f);
-    float part1[SSSI_FOUR] = {0.0f}, part2[SSSI_FOUR] = {0.0f};
+    int inside_is_dense = eta > 1.0f;
+    float part1[SSSI_NODES], part2[SSSI_NODES];
+    float four1[SSSI_FOUR], four2[SSSI_FOUR];
     float c1, c2;
     sssi_boundary b;
     int i, l;
 
-    for (i = 0; i < 32; i += SSSI_FOUR) {
-        for (l = 0; l < SSSI_FOUR; ++l) {
-            float x = ((float)(i + l) + 0.5f) / 32;
-            float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
-            float dy = 30.0f / 32 * (x * (1.0f - x)) * (x * (1.0f - x));
-            float z = SSSI_SQRT(y * y + n2) / n;
-            float rs = (y - n * z) / (y + n * z);
-            float rp = (n * y - z) / (n * y + z);
-            float f = 0.5f * (rs * rs + rp * rp) * y * dy;
+    for (i = 0; i < SSSI_NODES; ++i) {
+        float x = ((float)i + 0.5f) / SSSI_NODES;
+        float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
+        float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
+        float z = SSSI_SQRT(y * y + n2) / n;
+        float rs = (y - n * z) / (y + n * z);
+        float rp = (n * y - z) / (n * y + z);
+        float mu = inside_is_dense ? z : y;
 
-            part1[l] += f;
-            part2[l] += f * (eta > 1.0f ? z : y);
+        part1[i] = 0.5f * (rs * rs + rp * rp) * y * dy;
+        part2[i] = part1[i] * mu;
+    }
+
+    /* Sums of every fourth, then of those: they keep more digits, and run side by side. */
+    for (l = 0; l < SSSI_FOUR; ++l) {
+        four1[l] = part1[l];
+        four2[l] = part2[l];
+        for (i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
+            four1[l] += part1[i];
+            four2[l] += part2[i];
         }
     }
-    c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
-    c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
+    c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
+    c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
     /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
        angle. */
@@ -1090,13 +1101,14 @@ SSSI_FN sssi_shape sssi_make_shape(sssi_boundary b, float x) {
     return h;
 }
 
-/* Channel c with the shape h and the reduced mean free path z_r. */
-SSSI_FN void sssi_set_dipole(sss_medium *m, int c, sssi_boundary b, sssi_shape h, float zr) {
+/* Channel c with the numbers of a shape and the reduced mean free path z_r. */
+SSSI_FN void sssi_set_dipole(sss_medium *m, int c, float flux, float sigma, float depth, float core,
+                             float zr) {
     m->length[c] = zr;
-    m->zv[c] = zr + zr * h.depth;
-    m->sigma[c] = h.sigma / zr;
-    m->flux[c] = b.flux / (4.0f * SSSI_PI * h.core);
-    m->fluence[c] = (1.0f - b.flux) / (2.0f * SSSI_PI * h.core * h.depth * zr);
+    m->zv[c] = zr + zr * depth;
+    m->sigma[c] = sigma / zr;
+    m->flux[c] = flux / (4.0f * SSSI_PI * core);
+    m->fluence[c] = (1.0f - flux) / (2.0f * SSSI_PI * core * depth * zr);
 }
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
@@ -1149,7 +1161,7 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             float zr = 1.0f / (sigma_a[c] + sigma_s[c]);
 
             m->albedo[c] = sssi_min(h.total, 1.0f);
-            sssi_set_dipole(m, c, b, h, zr);
+            sssi_set_dipole(m, c, b.flux, h.sigma, h.depth, h.core, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
                it. */
@@ -1259,6 +1271,7 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
                                          float eta, int better) {
     sss_result result = sssi_check_albedo(albedo);
     float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
+    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
     sssi_boundary b;
     int c;
 
@@ -1275,15 +1288,22 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
     }
     b = sssi_make_boundary(eta, better);
     sssi_invert_shapes(b, wanted, log_x);
-    for (c = 0; c < 3; ++c) {
+    for (c = 0; c < SSSI_FOUR; ++c) {
         sssi_shape h = sssi_make_shape(b, sssi_exp(log_x[c]));
+
+        sigma[c] = h.sigma;
+        depth[c] = h.depth;
+        core[c] = h.core;
+    }
+    for (c = 0; c < 3; ++c) {
+        float zr = sigma[c] * dmfp[c];
 
         m->albedo[c] = albedo[c];
         sssi_set_volume(m, c, 1.0f - albedo[c], dmfp[c]);
 
         /* Lambert where 1 / z_r^2 would leave float's range. */
-        if (albedo[c] > 0.0f && albedo[c] < 1.0f && h.sigma * dmfp[c] >= 1e-17f)
-            sssi_set_dipole(m, c, b, h, h.sigma * dmfp[c]);
+        if (albedo[c] > 0.0f && albedo[c] < 1.0f && zr >= 1e-17f)
+            sssi_set_dipole(m, c, b.flux, sigma[c], depth[c], core[c], zr);
     }
     sssi_finish_dipole(m);
     return SSS_OK;
