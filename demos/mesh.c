@@ -48,7 +48,7 @@ static const char usage[] =
     "  --candidates M     probes of each resampled lookup (8)\n"
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
     "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES
-    "Ctrl-C ends --headless early: what is done by then is written, and the exit code is 130.\n";
+        WINDOW_HELP_INTERRUPT;
 
 // Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
 // practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
