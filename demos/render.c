@@ -63,6 +63,7 @@ static void list_devices(void) {
     sss_cl_devices known;
     char error[SSS_CL_MAX_ERROR];
     sss_cl_result result = sss_cl_list(&known, error);
+    if (result != SSS_CL_OK) device_explain(error);
     if (result == SSS_CL_FAILED) fail((int)result, "%s", error);
     puts("cpu");
     for (int i = 0; i < known.count; i++) printf("opencl:%d  %s\n", i, known.device[i].name);
