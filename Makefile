@@ -19,7 +19,7 @@ PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-c
     pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc libembree-dev libassimp-dev \
     assimp-testmodels
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
-    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium
+    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
@@ -55,7 +55,7 @@ help:
 	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
 	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
 	@echo 'make all           build every program into build/'
-	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
+	@echo 'make install       the header to PREFIX/include ($(PREFIX)), and what CMake and pkg-config find it by'
 	@echo 'make clean         remove build/'
 
 # Only what is missing is installed, so that a second run takes no time.
@@ -194,8 +194,15 @@ coverage:
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh
 
-install:
-	install -D -m 644 sss_resample.h $(DESTDIR)$(PREFIX)/include/sss_resample.h
+# The header, and what lets CMake and pkg-config find it; CMakeLists.txt installs the same.
+VERSION   = $(shell sed -n '1s/.* v\([0-9.]*\) .*/\1/p' sss_resample.h)
+SHARE     = $(DESTDIR)$(PREFIX)/share
+install: | build
+	@for file in sss_resample.pc sss_resampleConfigVersion.cmake; do \
+	    sed 's/@VERSION@/$(VERSION)/' cmake/$$file.in > build/$$file || exit 1; done
+	install -D -m 644 -t "$(DESTDIR)$(PREFIX)/include" sss_resample.h
+	install -D -m 644 -t "$(SHARE)/pkgconfig" build/sss_resample.pc
+	install -D -m 644 -t "$(SHARE)/cmake/sss_resample" cmake/sss_resampleConfig.cmake build/sss_resampleConfigVersion.cmake
 
 clean:
 	rm -rf build

@@ -4,6 +4,7 @@
 logs=${BUILD:-build}/logs
 mkdir -p "$logs"
 export CMOCKA_MESSAGE_OUTPUT=TAP
+[ "${2:-}" != --long ] || export SSS_TEST_LONG=1
 
 # cmocka 1.1 calls a skipped test "not ok", and its closing line says nothing new.
 {
