@@ -10,19 +10,12 @@ __kernel void tracer_lookups(uint entries, uint room, __global const sss_vec3 *p
                              __global const sss_vec3 *normals, __global const uint *seeds, __global int *counts,
                              __global sss_exit *exits, __global const scene *s, tracer_settings settings) {
     uint i = (uint)get_global_id(0);
-    tracer_points points;
+    tracer_exits found;
     if (i >= entries) return; // the global size is rounded up to whole work-groups
-    tracer_lookup(s, settings, positions[i], normals[i], seeds[i], &points);
-    counts[i] = points.count;
-    for (int k = 0; k < points.count; k++) {
-        sss_exit exit;
-        exit.position = points.point[k].position;
-        exit.normal = points.point[k].normal;
-        exit.weight[0] = points.point[k].weight.x;
-        exit.weight[1] = points.point[k].weight.y;
-        exit.weight[2] = points.point[k].weight.z;
-        exits[i * room + (uint)k] = exit;
-    }
+    sss_plan plan = tracer_plan(s, settings, positions[i], normals[i]);
+    tracer_lookup(s, settings, plan, positions[i], normals[i], SCENE_NOTHING, seeds[i], &found);
+    counts[i] = found.count;
+    for (int k = 0; k < found.count; k++) exits[i * room + (uint)k] = found.exit[k];
 }
 
 // Adds samples first .. first + count - 1 of pixels begin .. end - 1 to their sums: rgb[0] is pixel `begin`. Pixels
@@ -42,4 +35,33 @@ __kernel void tracer_render(__global const scene *s, tracer_settings settings, u
     rgb[i] = sum;
     work[2u * i] = probes;
     work[2u * i + 1u] = shaded;
+}
+
+// One sample of each pixel, in tiles: a work-group for each tile of the rows of tiles from `row` on. rgb[0] and work[0]
+// are those of the first pixel in the row of pixels `top`.
+__kernel void tracer_tiles(__global const scene *s, tracer_settings settings, uint row, uint tiles, uint top,
+                           uint sample, __global sss_vec3 *rgb, __global uint *work) {
+    __local tracer_tile tile;
+    uint number = (uint)get_group_id(0), columns = (uint)tracer_tile_count(settings, sample, 0u);
+    int first = (int)get_local_id(0), step = (int)get_local_size(0), x, y;
+    int at_column = (int)(number % columns), at_row = (int)(row + number / columns);
+    if (number >= tiles) return; // as a whole work-group
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) {
+        tracer_tile_clear(&tile, i);
+        if (!tracer_tile_pixel(settings, sample, at_column, at_row, i, &x, &y)) continue;
+        uint pixel = ((uint)y - top) * (uint)settings.width + (uint)x;
+        tracer_result r = tracer_tile_begin(s, settings, x, y, sample, i, &tile);
+        if (tile.group[i] < 0) rgb[pixel] = scene_add(rgb[pixel], r.radiance);
+        work[2u * pixel] = r.probes;
+        work[2u * pixel + 1u] = r.shaded;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) tracer_tile_densities(s, i, &tile);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) {
+        if (tile.group[i] < 0) continue;
+        tracer_tile_pixel(settings, sample, at_column, at_row, i, &x, &y);
+        uint pixel = ((uint)y - top) * (uint)settings.width + (uint)x;
+        rgb[pixel] = scene_add(rgb[pixel], tracer_tile_gather(s, i, &tile));
+    }
 }

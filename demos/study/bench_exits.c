@@ -44,15 +44,11 @@ static void make_entries(const scene *s, batch *b) {
 static void exits_on_cpu(const scene *s, tracer_settings settings, int threads, int entries, batch *b) {
 #pragma omp parallel for schedule(dynamic, 64) num_threads(threads)
     for (int i = 0; i < entries; i++) {
-        tracer_points points;
-        tracer_lookup(s, settings, b->position[i], b->normal[i], b->seed[i], &points);
-        b->count[i] = points.count;
-        if (points.count == 0) continue;
-        b->exit[i].position = points.point[0].position;
-        b->exit[i].normal = points.point[0].normal;
-        b->exit[i].weight[0] = points.point[0].weight.x;
-        b->exit[i].weight[1] = points.point[0].weight.y;
-        b->exit[i].weight[2] = points.point[0].weight.z;
+        tracer_exits found;
+        tracer_lookup(s, settings, settings.plan, b->position[i], b->normal[i], SCENE_NOTHING,
+                      b->seed[i], &found);
+        b->count[i] = found.count;
+        if (found.count > 0) b->exit[i] = found.exit[0];
     }
 }
 
