@@ -221,6 +221,17 @@ static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settin
     return plan;
 }
 
+// What sss_plan_for advises on sharing, and what goes with it, on a body on which the profile is right.
+static inline sss_plan tracer_sharing(const sss_medium *m, float footprint, int hinted) {
+    sss_need need;
+    need.footprint = footprint;
+    need.curvature_radius = 0.99f * m->r_max;
+    need.shading_cost = 0.0f;
+    need.tolerance = 0.2f;
+    need.hinted = hinted;
+    return sss_plan_for(m, &need);
+}
+
 static inline sss_plan tracer_plan(const SCENE_SPACE scene *s, tracer_settings settings,
                                    sss_vec3 position, sss_vec3 normal) {
     sss_medium medium = s->medium;
