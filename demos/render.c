@@ -50,7 +50,8 @@ static const char usage[] =
     "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit code is 130.\n";
 
 typedef struct options {
-    const char *scene, *method, *profile, *model;
+    int scene;
+    const char *method, *profile, *model;
     tracer_settings settings;
     int share; // the side of a tile; below 0: as the plan advises
     int spp, compare, merge_count;
@@ -101,41 +102,68 @@ static int parse_flag(options *o, const char *name) {
     return 1;
 }
 
+// What resampling alone takes; 0 when it is another option.
+static int parse_resampling(options *o, const char *name, const char *value) {
+    sss_plan *plan = &o->settings.plan;
+    if (is_option("--candidates", name, value)) {
+        plan->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
+    } else if (is_option("--exits", name, value)) {
+        plan->exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
+    } else if (is_option("--techniques", name, value)) {
+        plan->techniques = parse_techniques(value);
+    } else if (is_option("--model", name, value)) {
+        o->model = parse_word(name, value, "auto lambert profile volume");
+    } else if (is_option("--tolerance", name, value)) {
+        o->settings.tolerance = (float)parse_real(name, value, 1e-3, 10.0);
+    } else if (is_option("--share", name, value)) {
+        o->share = (int)parse_number(name, value, 0, TRACER_MAX_TILE);
+    } else {
+        return 0;
+    }
+    o->resampling = o->rendering = name;
+    return 1;
+}
+
+// What --merge takes too; 0 when it is another option.
+static int parse_picture(options *o, const char *name, const char *value) {
+    if (is_option("--png", name, value)) {
+        o->png = value;
+    } else if (is_option("--pfm", name, value)) {
+        o->pfm = value;
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
 // An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
 static int parse_value(options *o, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",          "--size",
-                                        "--seed",  "--candidates", "--exits",   "--techniques",   "--png",
-                                        "--pfm",   "--stats",      "--against", "--first-sample", "--device",
-                                        "--model", "--tolerance",  "--share"};
-    size_t i = 0, count = sizeof names / sizeof *names;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i == count) return 0;
-    if (!value) fail(2, "%s wants a value", name);
-    if ((i >= 6 && i <= 8) || i >= 15) o->resampling = names[i];
-    if (i != 9 && i != 10) o->rendering = names[i];
-    switch (i) {
-    case 0: o->scene = parse_word(name, value, "bear sphere slab corner needles"); break;
-    case 1: o->method = parse_word(name, value, "resampled shared plain reference"); break;
-    case 2: o->profile = parse_word(name, value, "burley dipole better-dipole"); break;
-    case 3: o->spp = (int)parse_number(name, value, 1, 1000000); break;
-    case 4: parse_size(value, &o->settings.width, &o->settings.height); break;
-    case 5: o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 6: o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 7: o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS); break;
-    case 8: o->settings.plan.techniques = parse_techniques(value); break;
-    case 9: o->png = value; break;
-    case 10: o->pfm = value; break;
-    case 11: o->stats = value; break;
-    case 12: o->against = value; break;
-    case 13: o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 15: o->model = parse_word(name, value, "auto lambert profile volume"); break;
-    case 16: o->settings.tolerance = (float)parse_real(name, value, 1e-3, 10.0); break;
-    case 17: o->share = (int)parse_number(name, value, 0, TRACER_MAX_TILE); break;
-    default:
-        o->device = value;
-        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
-        break;
+    if (parse_picture(o, name, value)) return 1;
+    if (parse_resampling(o, name, value)) return 1;
+    if (is_option("--scene", name, value)) {
+        o->scene = parse_scene(name, value);
+    } else if (is_option("--method", name, value)) {
+        o->method = parse_word(name, value, "resampled shared plain reference");
+    } else if (is_option("--profile", name, value)) {
+        o->profile = parse_word(name, value, "burley dipole better-dipole");
+    } else if (is_option("--spp", name, value)) {
+        o->spp = (int)parse_number(name, value, 1, 1000000);
+    } else if (is_option("--size", name, value)) {
+        parse_size(value, &o->settings.width, &o->settings.height);
+    } else if (is_option("--seed", name, value)) {
+        o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--stats", name, value)) {
+        o->stats = value;
+    } else if (is_option("--against", name, value)) {
+        o->against = value;
+    } else if (is_option("--first-sample", name, value)) {
+        o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--device", name, value)) {
+        o->device = parse_device(name, value);
+    } else {
+        return 0;
     }
+    o->rendering = name;
     return 1;
 }
 
@@ -173,7 +201,7 @@ static void check_model(options *o) {
         return;
     }
     if (!profile) fail(2, "--method shared wants --model profile or auto: the exits of others serve nobody");
-    if (!tracer_may_share(*plan)) fail(2, "--method shared wants chord among the --techniques");
+    if (!tracer_may_share(o->settings, *plan)) fail(2, "--method shared wants chord among the --techniques");
 }
 
 // The tile, and what else the plan advises for it and the user leaves open.
@@ -190,7 +218,7 @@ static void parse(options *o, int count, char **words) {
     memset(o, 0, sizeof *o);
     o->model = "profile";
     o->share = -1;
-    o->scene = "bear";
+    o->scene = SCENES_BEAR;
     o->profile = "burley";
     o->device = "cpu";
     o->settings.width = 360;
@@ -352,7 +380,7 @@ static void write_run(FILE *file, const options *o, const run *r) {
     double mean[3];
     image_mean(&r->picture, mean);
     fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ",
-            o->scene, r->method, o->device, r->spp, r->seconds);
+            scenes_known[o->scene].name, r->method, o->device, r->spp, r->seconds);
     fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->work.probes, r->work.shaded,
             mean[0], mean[1], mean[2]);
     if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
@@ -487,7 +515,7 @@ static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
     char model[32];
     snprintf(model, sizeof model, is_model(o, "profile") ? "%s" : "%s %s", o->profile, o->model);
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, o->scene, model);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, model);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
@@ -509,10 +537,10 @@ static int render_one(const options *o) {
     if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, r.spp);
-    render_run(&s, &r, &p, o->scene, 1.0);
+    render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
-    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", o->scene, o->method, r.spp, r.seconds,
+    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", scenes_known[o->scene].name, o->method, r.spp, r.seconds,
            r.work.probes, r.work.shaded);
     if (o->against) {
         unsigned char *mask = object_mask(&s, &r.settings);
@@ -681,7 +709,7 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
     }
     char line[400];
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s", o->scene, o->profile,
+             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s", scenes_known[o->scene].name, o->profile,
              o->settings.plan.candidates ? o->settings.plan.candidates : 8,
              interrupted() ? "Stopped early: the panels shade different numbers of points."
                            : "The first three shade as many points as whole samples a pixel (spp) allow.");

@@ -9,13 +9,12 @@
 __kernel void tracer_lookups(uint entries, uint room, __global const sss_vec3 *positions,
                              __global const sss_vec3 *normals, __global const uint *seeds, __global int *counts,
                              __global sss_exit *exits, __global const scene *s, tracer_settings settings) {
-    uint i = (uint)get_global_id(0);
-    tracer_exits found;
+    uint i = (uint)get_global_id(0), probes = 0u;
+    sss_exit own[SSS_MAX_EXITS];
     if (i >= entries) return; // the global size is rounded up to whole work-groups
-    sss_plan plan = tracer_plan(s, settings, positions[i], normals[i]);
-    tracer_lookup(s, settings, plan, positions[i], normals[i], SCENE_NOTHING, seeds[i], &found);
-    counts[i] = found.count;
-    for (int k = 0; k < found.count; k++) exits[i * room + (uint)k] = found.exit[k];
+    int count = tracer_exits(s, settings, positions[i], normals[i], seeds[i], own, &probes);
+    for (int k = 0; k < count; k++) exits[i * room + (uint)k] = own[k];
+    counts[i] = count;
 }
 
 // Adds samples first .. first + count - 1 of pixels begin .. end - 1 to their sums: rgb[0] is pixel `begin`. Pixels

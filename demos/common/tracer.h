@@ -87,13 +87,6 @@ static inline sss_plan tracer_plain_plan(void) {
     return plan;
 }
 
-// The exits of a lookup, and the shapes that they lie on.
-typedef struct tracer_exits {
-    int count;
-    sss_exit exit[SSS_MAX_EXITS];
-    int shape[SSS_MAX_EXITS];
-} tracer_exits;
-
 static inline tracer_random tracer_random_begin(uint32_t seed, uint32_t pixel, uint32_t sample) {
     tracer_random r;
     r.pixel_key = sss_hash(sss_hash(seed, 0x7261u), pixel);
@@ -241,20 +234,20 @@ static inline sss_plan tracer_plan(const SCENE_SPACE scene *s, tracer_settings s
                          tracer_radius(s, position, normal));
 }
 
-// The library at work: one lookup from an entry on a shape. Returns how many probes were traced.
-static inline uint32_t tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings,
-                                     sss_plan plan, sss_vec3 position, sss_vec3 normal, int shape,
-                                     uint32_t seed, tracer_exits *exits) {
+// The library at work: one lookup from an entry on a shape. Returns the number of its exits, which
+// lie on the given shapes; the probes are added to *probes.
+static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_plan plan,
+                                sss_vec3 position, sss_vec3 normal, int shape, uint32_t seed,
+                                sss_exit *exits, int *shapes, uint32_t *probes) {
     sss_medium medium = s->medium;
     sss_resampler resampler;
     sss_probe probe;
     scene_hits hits;
     unsigned char found[SCENE_MAX_FOUND]; // the shape of each hit, in the order of the calls
     int calls = 0, aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
-    uint32_t probes = 0u;
     sss_begin(&resampler, &medium, &plan, position, normal, seed);
     while (sss_next_probe(&resampler, &probe)) {
-        probes++;
+        (*probes)++;
         if (plan.techniques == SSS_WALK) {
             scene_way_out(s, probe.origin, probe.direction, probe.length, &hits);
         } else {
@@ -267,22 +260,29 @@ static inline uint32_t tracer_lookup(const SCENE_SPACE scene *s, tracer_settings
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
         }
     }
-    exits->count = sss_finish(&resampler, exits->exit);
-    for (int i = 0; i < exits->count; i++) {
-        int hit = exits->exit[i].hit;
-        exits->shape[i] = hit < 0 ? shape : (int)found[hit];
+    int count = sss_finish(&resampler, exits);
+    for (int i = 0; i < count; i++) {
+        shapes[i] = exits[i].hit < 0 ? shape : (int)found[exits[i].hit];
     }
-    return probes;
+    return count;
 }
 
-static inline void tracer_exit_points(const tracer_exits *exits, tracer_points *points) {
-    points->count = exits->count;
-    for (int i = 0; i < exits->count; i++) {
-        const sss_exit *exit = &exits->exit[i];
-        points->point[i].position = exit->position;
-        points->point[i].normal = exit->normal;
-        points->point[i].weight = scene_vec(exit->weight[0], exit->weight[1], exit->weight[2]);
-        points->point[i].shape = exits->shape[i];
+// The same for those who only want the exits.
+static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
+                               sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
+    int shapes[SSS_MAX_EXITS];
+    sss_plan plan = tracer_plan(s, settings, position, normal);
+    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, exits, shapes, probes);
+}
+
+static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, int count,
+                                      tracer_points *points) {
+    points->count = count;
+    for (int i = 0; i < count; i++) {
+        points->point[i].position = exits[i].position;
+        points->point[i].normal = exits[i].normal;
+        points->point[i].weight = scene_vec(exits[i].weight[0], exits[i].weight[1], exits[i].weight[2]);
+        points->point[i].shape = shapes[i];
     }
 }
 
@@ -425,12 +425,13 @@ static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings se
     if (settings.method == TRACER_REFERENCE) {
         tracer_area_points(s, position, &path->random, points);
     } else {
-        tracer_exits exits;
+        sss_exit exits[SSS_MAX_EXITS];
+        int shapes[SSS_MAX_EXITS];
         sss_plan plan = tracer_plan(s, settings, position, normal);
         uint32_t seed = sss_hash(path->random.sample_key, 0x40000000u + path->surface);
-        result->probes +=
-            tracer_lookup(s, settings, plan, position, normal, shape, seed, &exits);
-        tracer_exit_points(&exits, points);
+        int count = tracer_lookup(s, settings, plan, position, normal, shape, seed, exits, shapes,
+                                  &result->probes);
+        tracer_exit_points(exits, shapes, count, points);
     }
     result->shaded += (uint32_t)points->count;
 }
@@ -532,8 +533,10 @@ static inline int tracer_tile_count(tracer_settings settings, uint32_t sample, u
     return (size + tracer_tile_shift(settings, sample, axis) + side - 1) / side;
 }
 
-// Techniques that reach everything: a condition of sss_share.
-static inline int tracer_may_share(sss_plan plan) {
+// A condition of sss_share: techniques that reach everything, or a disk that sss_plan_for chose
+// because all is flat. The exits of walks serve nobody else.
+static inline int tracer_may_share(tracer_settings settings, sss_plan plan) {
+    if (plan.techniques == SSS_DISK) return settings.tolerance > 0.0f;
     return plan.techniques == 0u || (plan.techniques & SSS_CHORD) != 0u;
 }
 
@@ -550,7 +553,8 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     tracer_result result = tracer_no_result();
     tracer_path path = tracer_begin(s, settings, x, y, sample);
     tracer_points points;
-    tracer_exits exits;
+    sss_exit exits[SSS_MAX_EXITS];
+    int shapes[SSS_MAX_EXITS];
     sss_plan plan = settings.plan;
     scene_hit hit = scene_nearest(s, path.origin, path.direction, SCENE_NOTHING);
     sss_vec3 position = scene_along(path.origin, path.direction, hit.t);
@@ -561,7 +565,7 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     if (shares) {
         normal = scene_normal(&s->shape[hit.shape], position);
         plan = tracer_plan(s, settings, position, normal);
-        shares = tracer_may_share(plan);
+        shares = tracer_may_share(settings, plan);
     }
     if (!shares) {
         tracer_follow(s, settings, &path, &result);
@@ -569,24 +573,25 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     }
 
     uint32_t seed = sss_hash(path.random.sample_key, 0x40000000u);
-    result.probes = tracer_lookup(s, settings, plan, position, normal, hit.shape, seed, &exits);
-    result.shaded = (uint32_t)exits.count;
+    int count = tracer_lookup(s, settings, plan, position, normal, hit.shape, seed, exits, shapes,
+                              &result.probes);
+    result.shaded = (uint32_t)count;
     tile->group[i] = 0;
-    tile->count[i] = exits.count;
+    tile->count[i] = count;
     tile->entry[i] = position;
     tile->footprint[i] = tracer_footprint(s, settings, position);
-    if (exits.count == 0) return result;
+    if (count == 0) return result;
 
     // One of the exits goes on. What its ray brings, over the chance of its choice, belongs to it.
     float total = 0.0f, chosen_weight = 1.0f;
     int chosen = 0;
-    tracer_exit_points(&exits, &points);
-    for (int k = 0; k < exits.count; k++) {
-        tile->exit[i][k] = exits.exit[k];
+    tracer_exit_points(exits, shapes, count, &points);
+    for (int k = 0; k < count; k++) {
+        tile->exit[i][k] = exits[k];
         tile->light[i][k] = tracer_irradiance(s, points.point[k], k == 0, &path.random);
         float weight = scene_mean(points.point[k].weight);
         total += weight;
-        if (exits.count > 1 && tracer_next(&path.random) * total < weight) chosen = k;
+        if (count > 1 && tracer_next(&path.random) * total < weight) chosen = k;
         if (chosen == k) chosen_weight = weight;
     }
     if (!(chosen_weight > 0.0f)) return result;
