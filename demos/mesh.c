@@ -25,7 +25,7 @@
 #define FILLED  0.86f
 #define LAMP    128.0f // degrees from the eye, about the object
 #define LEAST_SIZE 1e-3 // of --scale
-#define MOST_SIZE  1e6
+#define MOST_SIZE  1e5
 #define LEAST_DMFP 1e-12 // of --dmfp, beside 0
 #define MOST_DMFP  1e12
 #define PRESETS "apple chicken cream jade ketchup marble milk potato skimmilk skin skin2 wax"
@@ -48,7 +48,7 @@ static const char usage[] =
     "  --candidates M     probes of each resampled lookup (8)\n"
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
     "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES
-    "Ctrl-C ends --headless early: what is done by then is written, and the exit code is 130.\n";
+        WINDOW_HELP_INTERRUPT;
 
 // Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
 // practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
@@ -158,11 +158,10 @@ static void load_object(viewer *v) {
 
 static double largest(const triangle_mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
 
-// The library takes lengths from 1e-12 to 1e12, here in scene units: beyond that, no picture of an
-// object that is about 2 large shows a difference.
-static float scene_length(double length) {
-    return length > 0.0 ? (float)fmin(fmax(length, 1e-12), 1e12) : 0.0f;
-}
+// A mean free path in scene units as the library takes it. The object is about 2 large, and its
+// coordinates are rounded by 1e-7: below 1e-5 probes would not resolve what a picture of 2,000 pixels
+// shows as Lambert, and beyond 1e12 all is black.
+static float scene_length(double length) { return length < 1e-5 ? 0.0f : (float)fmin(length, 1e12); }
 
 static sss_result set_medium(viewer *v) {
     const triangle_mesh *m = &v->world.m;
