@@ -30,7 +30,7 @@ static const char usage[] =
     "for --method resampled and shared:\n"
     "  --model NAME       profile (default), volume (random walks), lambert; auto chooses for each lookup\n"
     "  --tolerance E      with --model auto: the relative error of the model that is good enough (0.1)\n"
-    "  --candidates M     probes a lookup (8)\n"
+    "  --candidates M     probes a lookup (8; as the plan advises where exits are shared), or walks (2)\n"
     "  --exits N          exits a lookup (1)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord; default: the library's mix\n"
     "  --per-channel      every colour picks its own exit\n"
@@ -191,7 +191,10 @@ static void check_model(options *o) {
     int profile = is_model(o, "profile") || is_model(o, "auto");
     if (plan->techniques && !is_model(o, "profile")) fail(2, "--techniques are of --model profile");
     if (plan->per_channel && plan->exits > 1) fail(2, "--per-channel is in place of --exits");
-    if (is_model(o, "volume")) plan->techniques = SSS_WALK;
+    if (is_model(o, "volume")) {
+        plan->techniques = SSS_WALK;
+        if (!plan->candidates) plan->candidates = 2;
+    }
     if (is_model(o, "lambert")) plan->techniques = SSS_LAMBERT;
 
     if (!is_model(o, "auto") && o->settings.tolerance > 0.0f) fail(2, "--tolerance is of --model auto");

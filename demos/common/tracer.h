@@ -198,13 +198,16 @@ static inline float tracer_radius(const SCENE_SPACE scene *s, sss_vec3 position,
     return radius;
 }
 
+// An exit costs a ray to the light and one that goes on.
+#define TRACER_SHADING_COST 2.0f
+
 // What a lookup whose model is not given by the user asks for. The rest of settings.plan stays.
 static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settings, float footprint,
                                      float radius) {
     sss_need need;
     need.footprint = footprint;
     need.curvature_radius = radius;
-    need.shading_cost = 0.0f;
+    need.shading_cost = settings.plan.tile > 1 ? TRACER_SHADING_COST : 0.0f;
     need.tolerance = settings.tolerance;
     need.hinted = settings.light_aware;
 
@@ -219,7 +222,7 @@ static inline sss_plan tracer_sharing(const sss_medium *m, float footprint, int 
     sss_need need;
     need.footprint = footprint;
     need.curvature_radius = 0.99f * m->r_max;
-    need.shading_cost = 0.0f;
+    need.shading_cost = TRACER_SHADING_COST;
     need.tolerance = 0.2f;
     need.hinted = hinted;
     return sss_plan_for(m, &need);
@@ -613,7 +616,8 @@ static inline float tracer_tile_spacing(const TRACER_TILE_SPACE tracer_tile *til
 }
 
 // The host's second half: adds what all exits of a group bring to each of its members.
-static inline void tracer_tile_share(const sss_medium *m, const tracer_tile *tile, int group,
+static inline void tracer_tile_share(const sss_medium *m,
+                                     const TRACER_TILE_SPACE tracer_tile *tile, int group,
                                      sss_vec3 *radiance) {
     sss_entry entry[TRACER_TILE_PIXELS];
     float weight[TRACER_TILE_PIXELS][3], spacing = tracer_tile_spacing(tile, group);
@@ -627,7 +631,8 @@ static inline void tracer_tile_share(const sss_medium *m, const tracer_tile *til
     for (int own = 0; own < members; own++) {
         for (int k = 0; k < tile->count[pixel[own]]; k++) {
             sss_vec3 light = tile->light[pixel[own]][k];
-            sss_share(&tile->exit[pixel[own]][k], entry, members, own, spacing, weight);
+            sss_exit exit = tile->exit[pixel[own]][k];
+            sss_share(&exit, entry, members, own, spacing, weight);
             for (int i = 0; i < members; i++) {
                 sss_vec3 w = scene_vec(weight[i][0], weight[i][1], weight[i][2]);
                 sss_vec3 brought = scene_scale(scene_mul(w, light), 1.0f / SCENE_PI);
