@@ -8,7 +8,7 @@
 #include "common/files.h"
 #include "common/tracer.h"
 
-#define RENDER_COMPARE_SPP       12   // of the resampled panel
+#define RENDER_COMPARE_SPP       24   // of the resampled panel
 #define RENDER_COMPARE_REFERENCE 96   // samples a pixel in each half of the reference
 #define RENDER_COMPARE_COST      1.0  // of one of these, over one of the resampled panel, roughly
 #define RENDER_COMPARE_SECONDS   70.0 // of the processors: the reference stops early on a slow machine
