@@ -700,7 +700,6 @@ static void parse_colours(const char *option, const char *text, double least, do
 
 // How many words the option takes.
 static int parse_option(viewer *v, const char *name, const char *value) {
-    static const char *const names[] = {"--preset", "--scale", "--dmfp", "--albedo", "--up", "--turn", "--spp"};
     if (strncmp(name, "--", 2) != 0) {
         if (v->file) fail(2, "one file at a time: after %s comes %s", v->file, name);
         v->file = name;
@@ -711,21 +710,26 @@ static int parse_option(viewer *v, const char *name, const char *value) {
         int taken = window_option(&v->w, usage, name, value);
         if (taken) return taken;
     }
-    switch (option_index(names, 7, name, value)) {
-    case 0:
+    if (is_option("--preset", name, value)) {
         parse_word(name, value, PRESETS);
         for (v->preset = 0; strcmp(preset[v->preset].name, value) != 0;) v->preset++;
-        break;
-    case 1:
+    } else if (is_option("--scale", name, value)) {
         v->millimetres = parse_real(name, value, LEAST_SIZE, MOST_SIZE);
         v->has_scale = 1;
-        break;
-    case 2: parse_colours(name, value, 0.0, MOST_DMFP, v->dmfp), v->has_dmfp = 1; break;
-    case 3: parse_colours(name, value, 0.0, 1.0, v->albedo), v->has_albedo = 1; break;
-    case 4: v->up = parse_word(name, value, "y z"); break;
-    case 5: v->view.turn += (float)parse_real(name, value, -360.0, 360.0); break;
-    case 6: v->spp = (uint32_t)parse_number(name, value, 2, 1000000); break;
-    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    } else if (is_option("--dmfp", name, value)) {
+        parse_colours(name, value, 0.0, MOST_DMFP, v->dmfp);
+        v->has_dmfp = 1;
+    } else if (is_option("--albedo", name, value)) {
+        parse_colours(name, value, 0.0, 1.0, v->albedo);
+        v->has_albedo = 1;
+    } else if (is_option("--up", name, value)) {
+        v->up = parse_word(name, value, "y z");
+    } else if (is_option("--turn", name, value)) {
+        v->view.turn += (float)parse_real(name, value, -360.0, 360.0);
+    } else if (is_option("--spp", name, value)) {
+        v->spp = (uint32_t)parse_number(name, value, 2, 1000000);
+    } else {
+        fail(2, "unknown option '%s'; --help lists what there is", name);
     }
     return 2;
 }

@@ -49,7 +49,8 @@ static const char usage[] =
     "code is 130.\n";
 
 typedef struct options {
-    const char *scene, *method, *profile;
+    int scene;
+    const char *method, *profile;
     tracer_settings settings;
     int spp, compare, merge_count;
     uint32_t first_sample;
@@ -96,37 +97,62 @@ static int parse_flag(options *o, const char *name) {
     return 1;
 }
 
+// What resampling alone takes; 0 when it is another option.
+static int parse_resampling(options *o, const char *name, const char *value) {
+    sss_plan *plan = &o->settings.plan;
+    if (is_option("--candidates", name, value)) {
+        plan->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
+    } else if (is_option("--exits", name, value)) {
+        plan->exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
+    } else if (is_option("--techniques", name, value)) {
+        plan->techniques = parse_techniques(value);
+    } else {
+        return 0;
+    }
+    o->resampling = o->rendering = name;
+    return 1;
+}
+
+// What --merge takes too; 0 when it is another option.
+static int parse_picture(options *o, const char *name, const char *value) {
+    if (is_option("--png", name, value)) {
+        o->png = value;
+    } else if (is_option("--pfm", name, value)) {
+        o->pfm = value;
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
 // An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
 static int parse_value(options *o, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",          "--size",
-                                        "--seed",  "--candidates", "--exits",   "--techniques",   "--png",
-                                        "--pfm",   "--stats",      "--against", "--first-sample", "--device"};
-    size_t i = 0, count = sizeof names / sizeof *names;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i == count) return 0;
-    if (!value) fail(2, "%s wants a value", name);
-    if (i >= 6 && i <= 8) o->resampling = names[i];
-    if (i != 9 && i != 10) o->rendering = names[i];
-    switch (i) {
-    case 0: o->scene = parse_word(name, value, "bear sphere slab corner needles"); break;
-    case 1: o->method = parse_word(name, value, "resampled plain reference"); break;
-    case 2: o->profile = parse_word(name, value, "burley dipole better-dipole"); break;
-    case 3: o->spp = (int)parse_number(name, value, 1, 1000000); break;
-    case 4: parse_size(value, &o->settings.width, &o->settings.height); break;
-    case 5: o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 6: o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 7: o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS); break;
-    case 8: o->settings.plan.techniques = parse_techniques(value); break;
-    case 9: o->png = value; break;
-    case 10: o->pfm = value; break;
-    case 11: o->stats = value; break;
-    case 12: o->against = value; break;
-    case 13: o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    default:
-        o->device = value;
-        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
-        break;
+    if (parse_picture(o, name, value)) return 1;
+    if (parse_resampling(o, name, value)) return 1;
+    if (is_option("--scene", name, value)) {
+        o->scene = parse_scene(name, value);
+    } else if (is_option("--method", name, value)) {
+        o->method = parse_word(name, value, "resampled plain reference");
+    } else if (is_option("--profile", name, value)) {
+        o->profile = parse_word(name, value, "burley dipole better-dipole");
+    } else if (is_option("--spp", name, value)) {
+        o->spp = (int)parse_number(name, value, 1, 1000000);
+    } else if (is_option("--size", name, value)) {
+        parse_size(value, &o->settings.width, &o->settings.height);
+    } else if (is_option("--seed", name, value)) {
+        o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--stats", name, value)) {
+        o->stats = value;
+    } else if (is_option("--against", name, value)) {
+        o->against = value;
+    } else if (is_option("--first-sample", name, value)) {
+        o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--device", name, value)) {
+        o->device = parse_device(name, value);
+    } else {
+        return 0;
     }
+    o->rendering = name;
     return 1;
 }
 
@@ -148,7 +174,7 @@ static void check_merge(options *o) {
 
 static void parse(options *o, int count, char **words) {
     memset(o, 0, sizeof *o);
-    o->scene = "bear";
+    o->scene = SCENES_BEAR;
     o->profile = "burley";
     o->device = "cpu";
     o->settings.width = 360;
@@ -309,7 +335,7 @@ static void write_run(FILE *file, const options *o, const run *r) {
     double mean[3];
     image_mean(&r->picture, mean);
     fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ",
-            o->scene, r->method, o->device, r->spp, r->seconds);
+            scenes_known[o->scene].name, r->method, o->device, r->spp, r->seconds);
     fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->work.probes, r->work.shaded,
             mean[0], mean[1], mean[2]);
     if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
@@ -445,7 +471,7 @@ static int write_picture(const options *o, const image *picture, const char *not
 
 static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, o->scene, o->profile);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, o->profile);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
@@ -466,10 +492,10 @@ static int render_one(const options *o) {
     if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, r.spp);
-    render_run(&s, &r, &p, o->scene, 1.0);
+    render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
-    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", o->scene, o->method, r.spp, r.seconds,
+    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", scenes_known[o->scene].name, o->method, r.spp, r.seconds,
            r.work.probes, r.work.shaded);
     if (o->against) {
         unsigned char *mask = object_mask(&s, &r.settings);
@@ -630,7 +656,8 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
     char line[240];
     snprintf(line, sizeof line,
              "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s",
-             o->scene, o->profile, o->settings.plan.candidates ? o->settings.plan.candidates : 8,
+             scenes_known[o->scene].name, o->profile,
+             o->settings.plan.candidates ? o->settings.plan.candidates : 8,
              interrupted() ? "Stopped early: the panels may shade different numbers of points."
                            : "All shade as many points as whole samples a pixel (spp) allow.");
     image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);

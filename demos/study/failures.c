@@ -484,7 +484,7 @@ static void show_wall(void) {
     static scene s;
     int size = quick ? 60 : 400, spp = quick ? 2 : 8;
     tally t[2], truth;
-    load_scene(&s, "slab", "burley", 1.0f);
+    load_scene(&s, SCENES_SLAB, "burley", 1.0f);
     truth = measure_wall(&s, wall_settings(TRACER_REFERENCE, 0, size), lookups_of(400000));
     for (int told = 0; told < 2; told++) {
         tracer_settings settings = wall_settings(TRACER_RESAMPLED, told, size);

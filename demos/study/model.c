@@ -187,7 +187,7 @@ static double cpu_now(void) {
 }
 
 // The mean over the channels of `samples` lookups, or of Lambert where that is advised and `planned`.
-static double seam_pixel(rivals_world *w, rivals_entry at, int planned, uint32_t seed, int samples, int *lambert) {
+static double seam_pixel(rivals_world *w, camera_entry at, int planned, uint32_t seed, int samples, int *lambert) {
     sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), 0.0f, 0.0f, 0.0f, 0};
     sss_plan plan = sss_plan_for(&w->s.medium, &need);
     double sum = 0.0;
@@ -215,8 +215,8 @@ static void measure_column(const scene *s, seam_column *column, int x, int sampl
     memset(&w, 0, sizeof w);
     w.s = *s;
     for (int y = 0; y < SEAM_SIDE; y++) {
-        rivals_entry at;
-        if (!rivals_see(s, ((float)x + 0.5f) / SEAM_SIDE, ((float)y + 0.5f) / SEAM_SIDE, &at)) continue;
+        camera_entry at;
+        if (!camera_sees(s, ((float)x + 0.5f) / SEAM_SIDE, ((float)y + 0.5f) / SEAM_SIDE, &at)) continue;
         float span = logf(SEAM_MOST / SEAM_LEAST) * (float)column->x;
         float dmfp = SEAM_LEAST * expf(span) * rivals_footprint(s, &at, SEAM_SIDE);
         float lengths[3] = {dmfp, 0.7f * dmfp, 0.5f * dmfp};
@@ -242,9 +242,8 @@ static void measure_seam(const char *out, int samples) {
     static seam_column column[SEAM_SIDE];
     static float picture[SEAM_SIDE][SEAM_SIDE];
     static scene s;
-    scenes_optics optics = {{0.0f}, {0.0f}};
     FILE *f = open_data(out, "seam");
-    scenes_find(&s, &optics, "sphere");
+    scenes_make(&s, SCENES_SPHERE);
     scenes_camera(&s, scene_vec(0.0f, 1.6f, 6.4f), s.shape[0].center, 19.0f);
     scenes_light(&s, scene_vec(-2.4f, 3.2f, 3.2f), s.shape[0].center, 0.6f, scene_vec(34.0f, 31.0f, 27.0f));
 #pragma omp parallel for schedule(dynamic)
