@@ -471,7 +471,8 @@ static int write_picture(const options *o, const image *picture, const char *not
 
 static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, o->profile);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed,
+                 scenes_known[o->scene].name, o->profile);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
