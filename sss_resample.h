@@ -73,9 +73,10 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 lengths of the medium; at 1e5 it is off by 1 %, at 1e6 by 4 % and more. A renderer
-   with larger coordinates begins the lookup at the origin and adds the entry to each probe in its
-   own precision. Channels far narrower than the widest one scatter like Lambert (see sss_medium).
+   are below 1e4 times the shortest dmfp of the medium, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
+   in its own precision. Channels far narrower than the widest one scatter like Lambert (see
+   sss_medium).
 
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
    Use a seed once.
@@ -137,7 +138,7 @@
 #endif
 
 /* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the file.
- */
+   */
 #if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
 #pragma float_control(push)
 #pragma float_control(precise, on)
@@ -186,7 +187,7 @@ static inline float sssi_float(uint32_t u) {
 #endif
 
 /* A function that holds such loops stays apart, so that they vectorise whatever its caller is like.
- */
+   */
 #if defined(__OPTIMIZE__) || SSSI_OPENCL
 #define SSSI_APART static __attribute__((noinline, unused))
 #else
@@ -353,11 +354,12 @@ typedef struct sssi_hits {
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
     int on, found;      /* a segment has been given; a hit of it is held */
+    int goes_on;        /* that hit is the start of the walk */
     uint32_t key;       /* of its random numbers */
     sss_vec3 position;  /* where the segment starts, about the entry */
     sss_vec3 direction; /* at unit length */
     float length;       /* of the segment */
-    float skip;         /* where its trace begins: after 0 for the first segment of a walk */
+    float skip, skin;   /* where its trace begins; how far that is for the first segment at least */
     float extinction;   /* of the channel that draws the distances */
     int scatterings;    /* n of [9] */
     float path;         /* L of [9], up to where the segment starts */
@@ -433,11 +435,11 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 static inline float sss_profile(const sss_medium *m, int channel, float r);
 
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not
- * exist. */
+   exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
 /* The cheapest plan whose model is good enough for a need. See the definition for the rule and its
- * error. */
+   error. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
@@ -461,7 +463,7 @@ static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
    value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the light
    that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes.
    Positive values act as clamped to [2^-30, 2^30] and change the variance, not the expected value.
- */
+   */
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
@@ -478,14 +480,14 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* One exit, many lookups [8]: the weight of an exit for every entry of a group of lookups, of which
    number `own` found it. Add weight[i][c] * E(exit) to the estimate of entry i, for every exit of
-   every member. The expected value stays the contract's if - the group is chosen without a look at
-   the random numbers (a tile of pixels, one object); - every member made its own lookup, also if
-   that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do where all is flat).
-   No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours then have
-   correlated noise: shift the tiles from pass to pass. A channel of an entry whose length is below
-   half of `spacing`, the distance of neighbours, gains nothing (demos/study/tile.c): there each
-   entry keeps to its own exits. Exits with mass 0 serve their own entry alone. Fastest if all
-   entries point to one medium. */
+   every member. The expected value stays the contract's under two conditions. The group is chosen
+   without a look at the random numbers (a tile of pixels, one object). Every member made its own
+   lookup, also if that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do
+   where all is flat). No ray is needed. weight[i][c] is at most albedo * live channels * mass.
+   Neighbours then have correlated noise: shift the tiles from pass to pass. A channel of an entry
+   whose length is below half of `spacing`, the distance of neighbours, gains nothing
+   (demos/study/tile.c): there each entry keeps to its own exits. Exits with mass 0 serve their own
+   entry alone. Fastest if all entries point to one medium. */
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]);
 
@@ -496,7 +498,7 @@ static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const s
                                     float density_sum, float weight[3]);
 
 /* 1 if a channel takes part at this spacing, 0 if each entry keeps to its own exits: the rule
- * above. */
+   above. */
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all
@@ -512,8 +514,9 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
 #define SSSI_FARTHEST 1e30f    /* the largest coordinate of an entry */
 #define SSSI_TAIL     1e-4f    /* what r_max leaves out */
 #define SSSI_NARROW   9.5367432e-7f /* 2^-20: shortest live length, over r_max */
-#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sssi_set_optics */
+#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sss_begin_sample */
 #define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
 #define SSSI_TINY 1e-36f
@@ -628,7 +631,7 @@ SSSI_FN int sssi_normalize(sss_vec3 *v) {
 }
 
 /* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT
- * 2017. */
+   2017. */
 SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
     float sign = n.z >= 0.0f ? 1.0f : -1.0f;
     float a = -1.0f / (sign + n.z);
@@ -700,7 +703,7 @@ SSSI_FN float sssi_burley_unit(float d, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_burley_tail(float d, float r) {
     float e = sssi_exp(-r / (3.0f * d));
 
@@ -762,7 +765,7 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_dipole_tail(const sss_medium *m, int c, float r) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float dr = SSSI_SQRT(r * r + zr * zr);
@@ -993,12 +996,12 @@ static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], co
 }
 
 /* Loops over three channels vectorise when they go over four: the last is one of the others again.
- */
+   */
 #define SSSI_FOUR 4
 SSSI_FN int sssi_channel_of(int lane) { return lane < 3 ? lane : 0; }
 
 /* The boundary of a dipole: z_v = z_r + 4 A D, and the part of the reflectance that comes from the
- * flux. */
+   flux. */
 typedef struct sssi_boundary {
     int better;
     float a, flux;
@@ -1033,7 +1036,7 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
 
     /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle.
-     */
+       */
     if (eta > 1.0f) {
         float critical = n2 / (n * n);
 
@@ -1149,7 +1152,7 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             sssi_set_dipole(m, c, b, h, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
-             * it. */
+               it. */
             sssi_set_volume(m, c, volume.lack, zr / volume.sigma);
             m->similarity[c] = sssi_similarity(h.lack);
         }
@@ -1199,7 +1202,7 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
 }
 
 /* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
- * of them. */
+   of them. */
 typedef struct sssi_secant {
     float y[SSSI_FOUR],
         miss[SSSI_FOUR]; /* the point of the step before, and how far its odds are off */
@@ -1419,16 +1422,16 @@ SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
 }
 
 /* The logarithms that weigh a walk, the extinctions' over that of channel 0. ln albedo = ln(1 -
- * s^2). */
+   s^2). */
 SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     const sss_medium *m = &s->optics.medium;
     sssi_walk *w = &s->walk;
     int c;
 
-    w->on = w->found = w->scatterings = 0;
+    w->on = w->found = w->goes_on = w->scatterings = 0;
     w->key = 0u;
     w->position = w->direction = s->axis[SSSI_NORMAL];
-    w->length = w->skip = w->extinction = w->path = w->roulette = w->distance = 0.0f;
+    w->length = w->skip = w->skin = w->extinction = w->path = w->roulette = w->distance = 0.0f;
     w->hit.light = 0.0f;
     w->brightest = -SSSI_FLT_MAX;
     for (c = 0; c < 3; ++c) {
@@ -1490,8 +1493,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     /* The segments end a little within the ball outside of which their intensity is 0: no rounding
        of a hit can carry it out of the ball, where it would be weighed as if only chords went
-       there. What lies in the shell between the two is lost; it has less than 1e-4 of the light
-       even if all of the tail is there. */
+       there. What lies in the thin shell between the two is lost: at most 2e-3 of the albedo, and
+       that only if the surface is a sphere of this very radius about the entry. */
     s->ball = s->optics.medium.r_max * (1.0f - SSSI_SHELL);
     s->reach = s->ball * (1.0f - SSSI_SHELL);
     s->blur = SSSI_BLUR * (s->optics.medium.r_max + sssi_longest(position) / s->optics.unit);
@@ -1623,7 +1626,7 @@ SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
 }
 
 /* Disk [3]. A line at the distance r from its axis; beyond the reach its ends meet, and there is no
- * probe. */
+   probe. */
 SSSI_FN sssi_ends sssi_disk_ends(float r, float reach) {
     float height = SSSI_SQRT(sssi_max(reach * reach - r * r, 0.0f));
     sssi_ends e = {r, height, r, -height};
@@ -2062,7 +2065,7 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 
 /* A guard for renderers whose segments find no surface. It cuts less than 1e-4 of the light for
    albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses 5e-4.
- */
+   */
 #define SSSI_MAX_SCATTERINGS 4194304
 
 #define SSSI_LN_HALF (-0.69314718f)
@@ -2074,6 +2077,7 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 #define SSSI_ULPS      9.5367432e-7f
 #define SSSI_SKIN      1.2207031e-4f
 #define SSSI_SKIN_MOST 0.25f
+#define SSSI_START     64.0f /* skins within which a walk may see its own start */
 
 /* A number in (0, 1) of this walk: 4 for each scattering. */
 SSSI_FN float sssi_walk_number(const sss_resampler *s, uint32_t which) {
@@ -2120,6 +2124,7 @@ SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float weight[
 SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
     s->walk.on = 1;
     s->walk.found = 0;
+    s->walk.skip = 0.0f;
     s->walk.direction = direction;
     s->walk.length = -sssi_log(u) / s->walk.extinction;
 }
@@ -2154,12 +2159,13 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
     ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
     skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
     skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
-    s->walk.skip = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
+    s->walk.skin = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
     s->walk.position = sssi_vec3(0.0f, 0.0f, 0.0f);
     s->walk.key = sss_hash(s->key, 0x20000000u + (uint32_t)s->next);
     s->walk.scatterings = 0;
     s->walk.path = s->walk.roulette = 0.0f;
     sssi_walk_on(s, direction, sssi_number(s, at, SSSI_RADIUS));
+    s->walk.skip = s->walk.skin;
 }
 
 /* No surface on the segment: the walk scatters at its end. Russian roulette brings what its
@@ -2206,18 +2212,27 @@ SSSI_FN void sssi_walk_out(sss_resampler *s) {
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
+/* The segment goes on behind its own start. */
+SSSI_FN void sssi_walk_past(sss_resampler *s) {
+    sssi_walk *w = &s->walk;
+    float done = w->distance / s->optics.unit;
+
+    w->found = w->goes_on = 0;
+    w->skip = done + w->skin;
+}
+
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
 static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     sssi_walk *w = &s->walk;
     sss_vec3 start;
 
-    if (w->found) sssi_walk_out(s);
+    if (w->found && w->goes_on) sssi_walk_past(s);
+    else if (w->found) sssi_walk_out(s);
     else if (w->on) sssi_walk_scatter(s);
 
     /* Until there is a segment that needs a trace. */
     while (!w->on || w->length <= w->skip) {
         if (w->on) {
-            w->skip = 0.0f;
             sssi_walk_scatter(s);
         } else {
             if (s->next >= s->candidates) return 0;
@@ -2228,19 +2243,21 @@ static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     probe->origin = sssi_add(s->position, sssi_mul(start, s->optics.unit));
     probe->direction = w->direction;
     probe->length = (w->length - w->skip) * s->optics.unit;
-    w->skip = 0.0f;
     return 1;
 }
 
-/* Keeps the nearest hit of the segment. A hit without light ends the walk too. */
+/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a
+   few roundings outside sees its own surface once more, from outside: there the segment goes on. */
 static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec3 normal,
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
     float distance = sssi_dot(sssi_sub(position, start), w->direction);
+    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
+    w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
     w->distance = sssi_max(distance, 0.0f);
     w->hit.position = position;
     w->hit.normal = normal;
@@ -2396,7 +2413,7 @@ SSSI_FN float sssi_share_distance2(sss_vec3 exit, sss_vec3 entry, float scale) {
 SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0.0f; }
 
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
- * units. */
+   units. */
 SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                  float profile[3]) {
     sssi_optics o = sssi_make_optics(m, 0u);
@@ -2552,8 +2569,8 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
 
 /* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
    sharing)) of them pay: here the power of two next to it. */
-SSSI_FN int sssi_plan_candidates(float cost) {
-    int candidates = 2;
+SSSI_FN int sssi_plan_candidates(int least, float cost) {
+    int candidates = least;
 
     while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
     return candidates;
@@ -2578,6 +2595,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
     float r = sssi_max(need->curvature_radius, 0.0f);
     float tolerance = need->tolerance > 0.0f ? need->tolerance : 0.1f;
+    float cost = sssi_max(need->shading_cost, 0.0f);
     float error = 0.0f, light = 0.0f;
     int c, live = 0;
 
@@ -2594,19 +2612,19 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* Walks all weigh the same, so that a choice among them pays only with hints. The same holds
-       for what one disk finds on a plane. */
-    if (plan.techniques == SSS_WALK) plan.candidates = need->hinted ? 2 : 1;
+    /* A walk costs some ten probes. Without hints all walks weigh nearly the same, as do the hits
+       of a disk on a plane: then there is nothing to choose from. */
+    if (plan.techniques == SSS_WALK)
+        plan.candidates = need->hinted ? sssi_plan_candidates(1, 0.1f * cost) : 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
+
     plan.tile = sssi_plan_tile(m, need->footprint);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
-    } else {
-        float cost = sssi_max(need->shading_cost, 0.0f);
-
-        if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
-        plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
+        return plan;
     }
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(2, cost + (plan.tile ? 2.0f : 0.0f));
+    plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }
 
