@@ -17,8 +17,10 @@
 
 static const char usage[] =
     "usage: noise [options]\n"
-    "Renders a scene twice at the same price: plain on the left, resampled on the right, and the error of both.\n"
-    "\n" WINDOW_HELP_SCENE "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "Renders a scene twice at the same price: plain on the left, resampled on the right, and the "
+    "error of both.\n"
+    "\n" WINDOW_HELP_SCENE
+    "  --light-aware      tell the library a guess of the light at each candidate\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "  --against FILE     measure the error against this PFM, whose size the pictures take\n"

@@ -17,7 +17,7 @@ static const char usage[] =
     "usage: render [options]\n"
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
+    "  --scene NAME       bear (default), rabbit, sphere, slab, corner, needles\n"
     "  --method NAME      resampled (default), shared (exits serve a tile of pixels), plain (one probe a "
     "lookup,\n"
     "                     three axes), reference (brute force)\n"
@@ -25,7 +25,8 @@ static const char usage[] =
     "  --spp N            samples a pixel (16)\n"
     "  --size WxH         picture size in pixels (360x400)\n"
     "  --seed S           0..4294967295 (1)\n"
-    "  --first-sample K   samples K .. K + N - 1 of each pixel (0): parts of one picture, for --merge\n"
+    "  --first-sample K   samples K .. K + N - 1 of each pixel (0): parts of one picture, for "
+    "--merge\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "\n"
     "for --method resampled and shared:\n"
@@ -43,12 +44,15 @@ static const char usage[] =
     "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
     "  --stats FILE       numbers, as JSON\n"
     "  --against FILE     measure the error against this PFM of the same size\n"
-    "  --compare          Lambert, plain, resampled, shared and a reference side by side in one PNG, with their errors\n"
-    "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm or --png\n"
+    "  --compare          Lambert, plain, resampled, shared and a reference side by side in one PNG,\n"
+    "                     in the same time but for the last, with the error of each\n"
+    "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm "
+    "or --png\n"
     "  --list-devices\n"
     "  --help\n"
     "\n"
-    "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit code is 130.\n";
+    "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit "
+    "code is 130.\n";
 
 typedef struct options {
     int scene;
@@ -408,7 +412,8 @@ static const char *write_stats(const options *o, const run *runs, int count) {
 
 static const char *write_png(const char *path, const image *picture) {
     image_bytes bytes;
-    if (!image_bytes_new(&bytes, picture->width, picture->height, 0)) return "does not fit into memory";
+    if (!image_bytes_new(&bytes, picture->width, picture->height, 0))
+        return "does not fit into memory";
     image_blit(&bytes, picture, 1.0f, 0, 0);
     const char *wrong = file_write_png(path, &bytes);
     free(bytes.rgb);
@@ -458,9 +463,10 @@ static unsigned long long read_note(sample_ranges *ranges, const char *note, con
         sample_range r;
         int length = 0; // ten digits: a longer number ends the reading, and does not wrap around
         r.file = file;
-        if (sscanf(note, "samples %10llu %10llu seed %10llu of %63[a-z -]%n", &r.first, &r.count, &r.seed, r.of,
-                   &length) != 4 ||
-            note[length] != '\n' || r.seed >= most || r.count < 1 || r.count > most || r.first > most - r.count) {
+        if (sscanf(note, "samples %10llu %10llu seed %10llu of %63[a-z -]%n", &r.first, &r.count,
+                   &r.seed, r.of, &length) != 4 ||
+            note[length] != '\n' || r.seed >= most || r.count < 1 || r.count > most ||
+            r.first > most - r.count) {
             return 0;
         }
         add_range(ranges, &r);
@@ -484,7 +490,8 @@ static void join_ranges(sample_ranges *ranges) {
         sample_range *last = &ranges->range[kept], *next = &ranges->range[i];
         if (strcmp(last->of, next->of) != 0) fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
         if (last->seed == next->seed && next->first < last->first + last->count) {
-            fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file, next->first, next->seed);
+            fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file,
+                 next->first, next->seed);
         }
         if (last->seed == next->seed && next->first == last->first + last->count)
             last->count += next->count;
@@ -519,7 +526,8 @@ static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
     char model[32];
     snprintf(model, sizeof model, is_model(o, "profile") ? "%s" : "%s %s", o->profile, o->model);
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, model);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed,
+                 scenes_known[o->scene].name, model);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
@@ -598,7 +606,8 @@ static int merge(const options *o) {
     if (!note || !image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
     for (int i = 0; i < ranges.count; i++) {
         const sample_range *r = &ranges.range[i];
-        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count, r->seed, r->of);
+        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count,
+                        r->seed, r->of);
     }
     for (size_t i = 0; i < image_count(whole.width, whole.height); i++) whole.rgb[i] = (float)(sum[i] / (double)total);
     printf("%d files, %llu samples a pixel\n", o->merge_count, total);
@@ -622,14 +631,16 @@ static double spent(void) {
 }
 
 static void compare_settings(const options *o, const scene *s, run *runs) {
-    static const char *const method[RUNS] = {"lambert", "plain", "resampled, light-aware", "shared, light-aware",
-                                             "reference"};
+    static const char *const method[RUNS] = {"lambert", "plain", "resampled, light-aware",
+                                             "shared, light-aware", "reference"};
     for (int i = 0; i < RUNS; i++) {
         tracer_settings *settings = &runs[i].settings;
         runs[i].method = method[i];
         runs[i].relative_mse = -1.0;
         *settings = o->settings;
-        settings->method = i == PLAIN ? TRACER_PLAIN : i == REFERENCE ? TRACER_REFERENCE : TRACER_RESAMPLED;
+        settings->method = i == PLAIN       ? TRACER_PLAIN
+                           : i == REFERENCE ? TRACER_REFERENCE
+                                            : TRACER_RESAMPLED;
         settings->light_aware = i == RESAMPLED || i == SHARED;
         if (i == LAMBERT) settings->plan.techniques = SSS_LAMBERT;
     }
@@ -675,10 +686,12 @@ static void compare_reference(const scene *s, run *runs, progress *p) {
     p->label = "brute force reference";
     half[0] = new_image(&settings);
     half[1] = new_image(&settings);
-    while (spp < RENDER_COMPARE_REFERENCE && !interrupted() && (spp == 0 || spent() - start < RENDER_COMPARE_SECONDS)) {
+    while (spp < RENDER_COMPARE_REFERENCE && !interrupted() &&
+           (spp == 0 || spent() - start < RENDER_COMPARE_SECONDS)) {
         for (int h = 0; h < 2; h++) {
             settings.seed = r->settings.seed ^ (h == 0 ? 0x68616c66u : 0x48414c46u);
-            render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &r->work, p, RENDER_COMPARE_COST);
+            render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &r->work, p,
+                           RENDER_COMPARE_COST);
         }
         spp += 4;
     }
@@ -699,25 +712,31 @@ static void compare_reference(const scene *s, run *runs, progress *p) {
     free(half[1].rgb);
 }
 
-static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left, int top) {
-    static const char *const title[RUNS] = {"Lambert", "plain probes", "resampled", "shared", "reference"};
+static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i,
+                            int left, int top) {
+    static const char *const title[RUNS] = {"Lambert", "plain probes", "resampled", "shared",
+                                            "reference"};
     static const int grey[3] = {20, 20, 90};
     const run *r = &runs[i];
     char line[3][80];
     snprintf(line[0], sizeof line[0], "%s", title[i]);
-    if (r->relative_mse >= 0.0) snprintf(line[1], sizeof line[1], "error %.0f %%", 100.0 * sqrt(r->relative_mse));
-    else if (i == REFERENCE && r->spp) snprintf(line[1], sizeof line[1], "brute force");
-    else snprintf(line[1], sizeof line[1], "stopped early");
+    if (!runs[REFERENCE].spp) snprintf(line[1], sizeof line[1], "stopped early");
+    else if (i == REFERENCE) snprintf(line[1], sizeof line[1], "brute force");
+    else
+        snprintf(line[1], sizeof line[1], "error %.0f %%",
+                 100.0 * sqrt(fmax(r->relative_mse, 0.0)));
     snprintf(line[2], sizeof line[2], "%.1f s, %d samples", r->seconds, r->spp);
-    for (int k = 0; k < 3; k++) image_text(sheet, font, line[k], k == 0 ? 34.0f : 27.0f, left, top + 36 * k, grey[k]);
+    for (int k = 0; k < 3; k++)
+        image_text(sheet, font, line[k], k == 0 ? 34.0f : 27.0f, left, top + 36 * k, grey[k]);
 }
 
 // A detail of a picture, each pixel as a square, and where it is from.
 #define DETAIL_X     0.36 // the left upper corner, as a share of the picture
 #define DETAIL_Y     0.30
 #define DETAIL_ZOOM  4
-#define DETAIL_SHARE 1.5  // of its width over its height
-static void compare_detail(image_bytes *sheet, const image *picture, int left, int top, int detail_top) {
+#define DETAIL_SHARE 1.5 // of its width over its height
+static void compare_detail(image_bytes *sheet, const image *picture, int left, int top,
+                           int detail_top) {
     int wide = picture->width / DETAIL_ZOOM, high = (int)(wide / DETAIL_SHARE);
     int x0 = (int)(DETAIL_X * picture->width), y0 = (int)(DETAIL_Y * picture->height);
     for (int y = 0; y < high * DETAIL_ZOOM; y++) {
@@ -732,8 +751,10 @@ static void compare_detail(image_bytes *sheet, const image *picture, int left, i
     for (int y = -2; y < high + 2; y++) {
         for (int x = -2; x < wide + 2; x++) {
             int edge = y < 0 || x < 0 || y >= high || x >= wide, at_x = x0 + x, at_y = y0 + y;
-            if (!edge || at_x < 0 || at_y < 0 || at_x >= picture->width || at_y >= picture->height) continue;
-            memset(sheet->rgb + image_count(sheet->width, top + at_y) + (size_t)(3 * (left + at_x)), 255, 3);
+            if (!edge || at_x < 0 || at_y < 0 || at_x >= picture->width || at_y >= picture->height)
+                continue;
+            memset(sheet->rgb + image_count(sheet->width, top + at_y) + (size_t)(3 * (left + at_x)),
+                   255, 3);
         }
     }
 }
@@ -742,7 +763,8 @@ static void compare_detail(image_bytes *sheet, const image *picture, int left, i
 static const char *compare_sheet(const options *o, const run *runs, const image_font *font) {
     const int margin = 12, caption = 120, print = 72;
     int width = o->settings.width, height = o->settings.height;
-    int panel = width > 290 ? width : 290, detail = (int)(width / DETAIL_ZOOM / DETAIL_SHARE) * DETAIL_ZOOM;
+    int panel = width > 290 ? width : 290,
+        detail = (int)(width / DETAIL_ZOOM / DETAIL_SHARE) * DETAIL_ZOOM;
     int below = margin + height + margin + detail;
     image_bytes sheet;
     if (!image_bytes_new(&sheet, RUNS * (panel + margin) + margin, below + caption + print, 250)) {
@@ -760,12 +782,14 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
     const sss_plan *plan = &runs[SHARED].settings.plan;
     char line[240];
     snprintf(line, sizeof line,
-             "%s Plain: one probe, on one of three axes. Resampled: one of %d candidates%s, with a light hint.",
+             "%s Plain: one probe, on one of three axes. Resampled: one of %d candidates%s, with a "
+             "light hint.",
              interrupted() ? "Stopped early." : "The first four take the same time (of one core).",
              plan->candidates ? plan->candidates : 8, plan->per_channel ? " for each colour" : "");
     image_text(&sheet, font, line, 22.0f, margin, print_top, 90);
     snprintf(line, sizeof line,
-             "Shared: the same, and each exit serves a tile of %d x %d pixels. Error: root mean square, relative.",
+             "Shared: the same, and each exit serves a tile of %d x %d pixels. Error: root mean "
+             "square, relative.",
              tracer_tile_side(runs[SHARED].settings), tracer_tile_side(runs[SHARED].settings));
     image_text(&sheet, font, line, 22.0f, margin, print_top + 28, 90);
     const char *wrong = file_write_png(o->png, &sheet);
@@ -793,9 +817,10 @@ static int compare(const options *o) {
     if (interrupted()) fputs("render: stopped before the comparison was complete\n", stderr);
     for (int i = 0; i < RUNS; i++) {
         if (!runs[i].spp) continue;
-        printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp, runs[i].work.shaded,
-               runs[i].seconds);
-        if (runs[i].relative_mse >= 0.0) printf(", relative MSE %.4f", runs[i].relative_mse);
+        printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp,
+               runs[i].work.shaded, runs[i].seconds);
+        if (runs[REFERENCE].spp && i != REFERENCE)
+            printf(", relative MSE %.4f", runs[i].relative_mse);
         printf("\n");
     }
     int failed = tell_written(o->png, compare_sheet(o, runs, &font));

@@ -129,18 +129,10 @@ static inline void device_tile_on_cpu(const scene *s, tracer_settings settings, 
                                       uint32_t sample, float *rgb, device_work *work) {
     tracer_tile tile;
     sss_vec3 radiance[TRACER_TILE_PIXELS];
+    tracer_result all = tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
     int x, y;
-
-    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
-        tracer_tile_clear(&tile, i);
-        radiance[i] = scene_vec(0.0f, 0.0f, 0.0f);
-        if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
-        tracer_result r = tracer_tile_begin(s, settings, x, y, sample, i, &tile);
-        radiance[i] = r.radiance;
-        work->probes += r.probes;
-        work->shaded += r.shaded;
-    }
-    tracer_tile_share(&s->medium, &tile, 0, radiance);
+    work->probes += all.probes;
+    work->shaded += all.shaded;
     for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
         if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
         device_add(rgb + image_count(settings.width, y) + 3 * x, radiance[i]);

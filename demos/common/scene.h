@@ -289,17 +289,19 @@ static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origi
     }
 }
 
-// Where a random walk's segment leaves the object, as the only hit, or none. The segment begins
-// inside, so from shape to shape the stretch that lies inside is followed to its end. One that
-// begins outside by a rounding has left where it begins.
+// The nearest hit of a random walk's segment, or none. The segment begins inside, so the stretch that
+// lies inside is followed from shape to shape to its end. One that begins outside, by a rounding,
+// enters first.
 static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, sss_vec3 direction,
                                  float length, scene_hits *hits) {
     scene_interval interval[SCENE_MAX_SHAPES];
-    float reached = 0.0f;
-    int shape = SCENE_NOTHING, before;
+    float reached = 0.0f, enters = 1e30f;
+    int shape = SCENE_NOTHING, entered = 0, before;
 
     for (int i = 0; i < s->shape_count; i++) {
         interval[i] = scene_shape_interval(&s->shape[i], origin, direction);
+        if (!(interval[i].t0 <= interval[i].t1 && interval[i].t0 >= 0.0f)) continue;
+        if (interval[i].t0 < enters) enters = interval[i].t0, entered = i;
     }
     do {
         before = shape;
@@ -310,9 +312,9 @@ static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, ss
         }
     } while (shape != before && reached <= length);
 
-    hits->count = reached <= length;
-    hits->hit[0].t = reached;
-    hits->hit[0].shape = shape >= 0 ? shape : scene_shape_at(s, origin);
+    hits->hit[0].t = shape >= 0 ? reached : enters;
+    hits->hit[0].shape = shape >= 0 ? shape : entered;
+    hits->count = hits->hit[0].t <= length;
 }
 
 // What a ray through empty space meets first: a shape, the floor or nothing. `leaving` is the shape that the

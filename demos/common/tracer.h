@@ -259,13 +259,15 @@ static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings sett
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
-            found[calls++] = (unsigned char)hits.hit[i].shape;
+            found[calls] = (unsigned char)hits.hit[i].shape;
+            if (calls < SCENE_MAX_FOUND - 1) calls++;
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
         }
     }
     int count = sss_finish(&resampler, exits);
     for (int i = 0; i < count; i++) {
-        shapes[i] = exits[i].hit < 0 ? shape : (int)found[exits[i].hit];
+        int hit = exits[i].hit < calls ? exits[i].hit : calls;
+        shapes[i] = hit < 0 ? shape : (int)found[hit];
     }
     return count;
 }
@@ -536,6 +538,15 @@ static inline int tracer_tile_count(tracer_settings settings, uint32_t sample, u
     return (size + tracer_tile_shift(settings, sample, axis) + side - 1) / side;
 }
 
+// Where pixel i of a tile is; 0 if that is outside of the picture.
+static inline int tracer_tile_pixel(tracer_settings settings, uint32_t sample, int column, int row,
+                                    int i, int *x, int *y) {
+    int side = tracer_tile_side(settings);
+    *x = column * side - tracer_tile_shift(settings, sample, 0u) + i % side;
+    *y = row * side - tracer_tile_shift(settings, sample, 1u) + i / side;
+    return i < side * side && *x >= 0 && *x < settings.width && *y >= 0 && *y < settings.height;
+}
+
 // A condition of sss_share: techniques that reach everything, or a disk that sss_plan_for chose
 // because all is flat. The exits of walks serve nobody else.
 static inline int tracer_may_share(tracer_settings settings, sss_plan plan) {
@@ -642,6 +653,27 @@ static inline void tracer_tile_share(const sss_medium *m,
     }
 }
 
+// One sample of each pixel of a tile: their radiances, and what they cost together.
+static inline tracer_result tracer_tile_sample(const SCENE_SPACE scene *s, tracer_settings settings,
+                                               int column, int row, uint32_t sample,
+                                               TRACER_TILE_SPACE tracer_tile *tile,
+                                               sss_vec3 *radiance) {
+    sss_medium medium = s->medium;
+    tracer_result all = tracer_no_result();
+    int x, y;
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        tracer_tile_clear(tile, i);
+        radiance[i] = scene_vec(0.0f, 0.0f, 0.0f);
+        if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
+        tracer_result one = tracer_tile_begin(s, settings, x, y, sample, i, tile);
+        radiance[i] = one.radiance;
+        all.probes += one.probes;
+        all.shaded += one.shaded;
+    }
+    tracer_tile_share(&medium, tile, 0, radiance);
+    return all;
+}
+
 // The same for a kernel, where each work-item has its own pixels. First the density of pixel own's
 // exits, summed over the entries of the group ...
 static inline void tracer_tile_densities(const SCENE_SPACE scene *s, int own,
@@ -681,15 +713,6 @@ static inline sss_vec3 tracer_tile_gather(const SCENE_SPACE scene *s, int i,
         }
     }
     return radiance;
-}
-
-// Where pixel i of a tile is; 0 if that is outside of the picture.
-static inline int tracer_tile_pixel(tracer_settings settings, uint32_t sample, int column, int row,
-                                    int i, int *x, int *y) {
-    int side = tracer_tile_side(settings);
-    *x = column * side - tracer_tile_shift(settings, sample, 0u) + i % side;
-    *y = row * side - tracer_tile_shift(settings, sample, 1u) + i / side;
-    return i < side * side && *x >= 0 && *x < settings.width && *y >= 0 && *y < settings.height;
 }
 
 // Does the pixel's centre ray meet the translucent object? Errors are measured over these pixels.
