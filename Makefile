@@ -100,7 +100,7 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-build/bench build/chart build/failures build/mix build/model: build/%: demos/study/%.c $(STUDY) | build
+$(filter-out build/bench_exits,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
