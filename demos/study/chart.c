@@ -220,8 +220,7 @@ static chart_row measure_row(chart_world *w, const chart_settings *settings, con
     }
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < settings->entries; i++) {
-        float footprint = rivals_footprint(&w->world.s, &w->entry[i], CHART_HEIGHT);
-        sss_plan plan = rivals_plan(&w->world, m, setting, footprint);
+        sss_plan plan = rivals_plan(&w->world, m, setting);
         int lookups = m->kind == RIVALS_CLOUD ? 2 : settings->lookups; // the same each time
         measure_entry(&sums[i], &w->world, m, &plan, w->entry[i], w->truth[i].mean[cost], sss_hash(key, (uint32_t)i),
                       lookups);
@@ -232,7 +231,7 @@ static chart_row measure_row(chart_world *w, const chart_settings *settings, con
     }
     row.bias_error = sqrt(row.bias_error);
     for (int l = 0; l < CHART_LEVELS; l++) row.error[l] = sqrt(row.error[m->kind == RIVALS_CLOUD ? 0 : l]);
-    if (m->kind <= RIVALS_PLANNED) row.candidates = rivals_plan(&w->world, m, setting, 0.0f).candidates;
+    if (m->kind <= RIVALS_PLANNED) row.candidates = rivals_plan(&w->world, m, setting).candidates;
     cloud_free(&w->world.cloud);
     return row;
 }

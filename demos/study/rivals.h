@@ -176,10 +176,11 @@ static inline int rivals_build_cloud(rivals_world *w, int points, uint32_t seed)
     return cloud_gather(&w->cloud, &w->s.medium);
 }
 
-// The plan of a probe method with that many candidates, or the header's own for the scene's needs.
-static inline sss_plan rivals_plan(const rivals_world *w, const rivals_method *m, int candidates, float footprint) {
+// The plan of a probe method with that many candidates, or the header's own for that cost of shading. All errors here
+// are against the profile's integral, so the header is told to tolerate that model, and no pixel is wide.
+static inline sss_plan rivals_plan(const rivals_world *w, const rivals_method *m, int candidates) {
     sss_plan plan = {candidates, 1, m->techniques, m->independent, 0, 0};
-    sss_need need = {footprint, 0.0f, w->shading_cost, 0.0f, 0};
+    sss_need need = {0.0f, 0.0f, w->shading_cost, 1.0f, 0};
     return m->kind == RIVALS_PLANNED ? sss_plan_for(&w->s.medium, &need) : plan;
 }
 
