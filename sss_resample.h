@@ -238,7 +238,7 @@ typedef enum sss_result {
    fields are private. A channel is *live* (albedo > 0, length > 0), *Lambert* (albedo > 0, length
    0: the light leaves where it came in) or *black* (albedo 0). A channel whose length is below
    2^-20 of the widest channel's r_max becomes Lambert: float coordinates cannot resolve it beside
-   the other. That moves all but 1e-3 of its light by less than 1e-3 of r_max. */
+   the other. All but 1e-3 of its light would leave within 1e-3 of r_max. */
 typedef struct sss_medium {
     int dipole;          /* 0: Burley's profile [6]; 1: a dipole [7] */
     float albedo[3];     /* A: the integral of Rd over the plane, 0..1 */
@@ -258,30 +258,27 @@ enum {
     SSS_DISK_TANGENTS = 2, /* [3] along two tangents */
     SSS_SPHERE = 4,        /* [4] */
     SSS_CHORD = 8,         /* [5] */
-    SSS_WALK = 16,   /* [9]: each candidate is a random walk through the volume, not the profile */
-    SSS_LAMBERT = 32 /* no probes: one exit at the entry, with weight A */
+    SSS_WALK = 16,         /* [9]: candidates are random walks through the volume */
+    SSS_LAMBERT = 32       /* no probes: one exit at the entry, with weight A */
 };
 
 /* How many probes by which techniques. All zero means: 8 candidates, 1 exit, the default mix. */
 typedef struct sss_plan {
-    int candidates; /* M: probes or walks for each lookup, 1..SSS_MAX_CANDIDATES; 0: 8 */
-    int exits; /* N: exits for each lookup, 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
+    int candidates;      /* M: probes or walks, 1..SSS_MAX_CANDIDATES; 0: 8 */
+    int exits;           /* N: 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
     unsigned techniques; /* bits above, which share the probes equally; 0: the default mix */
-    int independent;     /* not 0: the memo's plain algorithm, every choice drawn anew for each
-                            candidate */
-    int per_channel; /* not 0: each live channel picks its own exit; exits must be 0 or 1. Channels
-                        that pick the same hit share one exit */
-    int tile;        /* advice: side of the square of pixels that should share exits; 0, 1: none */
+    int independent;     /* not 0: the memo's plain algorithm, without strata */
+    int per_channel;     /* not 0: each live channel picks its own exit, see sss_finish */
+    int tile;            /* advice: side of the square of pixels to share exits; 0, 1: none */
 } sss_plan;
 
 /* What a scene asks for; lengths in scene units, 0 where not known. */
 typedef struct sss_need {
-    float footprint; /* width of a pixel on the surface */
-    float
-        curvature_radius; /* of the surface about the entry; half the thickness where it is thin */
-    float shading_cost;   /* of shading one exit, over that of tracing one probe */
-    float tolerance;      /* relative error of the model that is good enough; 0: 0.1 */
-    int hinted;           /* not 0: light hints will be given */
+    float footprint;        /* width of a pixel on the surface */
+    float curvature_radius; /* of the surface about the entry, see sss_plan_for */
+    float shading_cost;     /* of shading one exit, over that of tracing one probe */
+    float tolerance;        /* relative error of the model that is good enough; 0: 0.1 */
+    int hinted;             /* not 0: light hints will be given */
 } sss_need;
 
 typedef struct sss_probe {
@@ -292,9 +289,8 @@ typedef struct sss_probe {
 typedef struct sss_exit {
     sss_vec3 position, normal; /* as given to sss_add_hit, the normal at unit length */
     float weight[3];           /* times white Lambert's radiance there: the contract above; >= 0 */
-    int hit;    /* which call of sss_add_hit of this lookup it was, from 0, rejected ones
-                   counted; -1: the entry itself */
-    float mass; /* for sss_share; 0: the exit serves its own lookup alone */
+    int hit;                   /* which call of sss_add_hit it was, from 0; -1: the entry itself */
+    float mass;                /* for sss_share; 0: the exit serves its own lookup alone */
 } sss_exit;
 
 /* An entry as sss_share sees it. */
@@ -303,12 +299,12 @@ typedef struct sss_entry {
     const sss_medium *medium;
 } sss_entry;
 
-/* A medium as a lookup uses it. */
+/* A medium as a lookup uses it, in inner units. Channels that are not live hold the values of one
+   that is, so that no loop over channels needs a branch. */
 typedef struct sssi_optics {
-    sss_medium
-        medium;   /* in inner units; channels that are not live hold the values of one that is */
-    float unit;   /* scene units in an inner unit: 2^e <= the longest live length */
-    float mix[3]; /* 1 / n for the n live channels, 0 for the others */
+    sss_medium medium;
+    float unit;        /* scene units in an inner unit: 2^e <= the longest live length */
+    float mix[3];      /* 1 / n for the n live channels, 0 for the others */
     int live, lambert; /* how many channels are live, and how many are Lambert */
 } sssi_optics;
 
@@ -338,7 +334,7 @@ enum { SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, SSSI_SPHERE, SSSI_CHORD, SSSI_
 typedef struct sssi_probes {
     sssi_lanes origin, direction; /* in scene units */
     float length[SSS_LANES];      /* not above 0: that probe has no segment */
-    float depth[SSS_LANES]; /* of the point that a sphere's line runs through; 0 for the others */
+    float depth[SSS_LANES];       /* of the point that a sphere's line runs through; else 0 */
 } sssi_probes;
 
 /* Hits that wait to be weighed together. */
@@ -353,19 +349,20 @@ typedef struct sssi_hits {
 
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
-    int on, found;      /* a segment has been given; a hit of it is held */
-    int goes_on;        /* that hit is the start of the walk */
-    uint32_t key;       /* of its random numbers */
-    sss_vec3 position;  /* where the segment starts, about the entry */
-    sss_vec3 direction; /* at unit length */
-    float length;       /* of the segment */
-    float skip, skin;   /* where its trace begins; how far that is for the first segment at least */
-    float extinction;   /* of the channel that draws the distances */
-    int scatterings;    /* n of [9] */
-    float path;         /* L of [9], up to where the segment starts */
-    float roulette;     /* ln of the product of 1 / chances to live on */
-    float distance;     /* of the hit that is held */
-    sssi_candidate hit;
+    int on, found;           /* a segment has been given; a hit of it is held */
+    int goes_on;             /* that hit is the start of the walk, seen from outside */
+    uint32_t key;            /* of its random numbers */
+    sss_vec3 position;       /* where the segment starts, about the entry */
+    sss_vec3 direction;      /* at unit length */
+    float length;            /* of the segment */
+    float skip;              /* where on the segment its trace begins */
+    float skin;              /* that length for the first segment */
+    float extinction;        /* of the channel that draws the distances */
+    int scatterings;         /* n of [9] */
+    float path;              /* L of [9], up to where the segment starts */
+    float roulette;          /* ln of the product of 1 / chances to live on */
+    float distance;          /* of the hit that is held, in scene units */
+    sssi_candidate hit;      /* that hit */
     float log_extinction[3]; /* over that of channel 0 */
     float log_albedo[3];     /* of one scattering */
     float brightest;         /* the highest of these, of the live channels */
@@ -374,17 +371,16 @@ typedef struct sssi_walk {
 /* One lookup: plain values, lives on the stack, its fields are private. */
 typedef struct sss_resampler {
     sssi_optics optics;
-    sss_vec3 position;            /* in scene units */
-    sss_vec3 axis[3];             /* normal, tangent, bitangent: orthonormal */
-    float share[SSSI_TECHNIQUES]; /* q of each technique: its expected part of the probes, sums to 1
-                                   */
+    sss_vec3 position;              /* in scene units */
+    sss_vec3 axis[3];               /* normal, tangent, bitangent: orthonormal */
+    float share[SSSI_TECHNIQUES];   /* q of each technique: its expected part of the probes */
     int first[SSSI_TECHNIQUES + 1]; /* technique t has the probes first[t] .. first[t + 1] - 1 */
     int candidates, exits, independent, per_channel, walks;
-    float reach;   /* of disk and sphere probes, in inner units: a little less than `ball` */
-    float ball;    /* radius beyond which their intensity is 0, a little less than r_max */
-    float blur;    /* how far a line may pass from where it should, in inner units */
-    uint32_t seed; /* of the lattices of numbers, with `sample` */
-    uint32_t sample;
+    float reach;     /* of disk and sphere probes: a little less than `ball`, in inner units */
+    float ball;      /* beyond it their intensity is 0; a little less than r_max */
+    float blur;      /* how far a line may pass from where it should */
+    uint32_t seed;   /* of the lattices of numbers, with `sample` */
+    uint32_t sample; /* by which they are shifted */
     uint32_t key;    /* of all other random numbers */
     int next, calls; /* probes given; calls of sss_add_hit */
     int weighed;     /* hits weighed so far */
@@ -438,8 +434,18 @@ static inline float sss_profile(const sss_medium *m, int channel, float r);
    exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
-/* The cheapest plan whose model is good enough for a need. See the definition for the rule and its
-   error. */
+/* The cheapest plan whose model is good enough for a need. In this order:
+     SSS_WALK      where the flat profile would be off by more than the tolerance, all channels
+                   weighed by their albedo;
+     SSS_LAMBERT   where the light leaves within a pixel (footprint * tolerance > 0.05 r_max);
+     SSS_DISK      with one candidate, where the surface is flat as far as r_max;
+     the default mix elsewhere, with the candidates, colours and tile that pay.
+   curvature_radius is that of the largest ball that touches the surface at the entry, from inside
+   or from outside, and holds no other surface: half the thickness of a leaf, the distance from an
+   edge.
+   Every point y of the surface bounds it from above, by |v|^2 / (2 |n.v|) with v = y - entry: take
+   the least of that over the hits of earlier lookups nearby, or of the mesh's vertices. 0, not
+   known, gives the walk, which is right on every shape. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
@@ -468,7 +474,8 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
                                float light);
 
 /* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices, one exit
-   suffices for the default plan. No exit is a fair sample of zero: do not try again. */
+   suffices for the default plan. No exit is a fair sample of zero: do not try again. With
+   per_channel, channels that picked the same hit share one exit. */
 static inline int sss_finish(sss_resampler *s, sss_exit *exits);
 
 /* Expected hits per unit area and probe at a point of the surface, 1/length^2; 0 for walks. */
@@ -1010,30 +1017,41 @@ typedef struct sssi_boundary {
 /* Moments C1 and C2 of the internal Fresnel reflectance F: C_i = integral of F mu^i dmu over 0..1,
    mu the cosine inside. y is the cosine on the thin side, z that on the dense one. A quintic in
    place of y makes the midpoint rule converge as a Gauss rule does: 2e-8 for all eta. */
+#define SSSI_NODES 32
 SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n = eta > 1.0f ? eta : 1.0f / eta;
     float n2 = (n - 1.0f) * (n + 1.0f);
-    float part1[SSSI_FOUR] = {0.0f}, part2[SSSI_FOUR] = {0.0f};
+    int inside_is_dense = eta > 1.0f;
+    float part1[SSSI_NODES], part2[SSSI_NODES];
+    float four1[SSSI_FOUR], four2[SSSI_FOUR];
     float c1, c2;
     sssi_boundary b;
     int i, l;
 
-    for (i = 0; i < 32; i += SSSI_FOUR) {
-        for (l = 0; l < SSSI_FOUR; ++l) {
-            float x = ((float)(i + l) + 0.5f) / 32;
-            float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
-            float dy = 30.0f / 32 * (x * (1.0f - x)) * (x * (1.0f - x));
-            float z = SSSI_SQRT(y * y + n2) / n;
-            float rs = (y - n * z) / (y + n * z);
-            float rp = (n * y - z) / (n * y + z);
-            float f = 0.5f * (rs * rs + rp * rp) * y * dy;
+    for (i = 0; i < SSSI_NODES; ++i) {
+        float x = ((float)i + 0.5f) / SSSI_NODES;
+        float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
+        float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
+        float z = SSSI_SQRT(y * y + n2) / n;
+        float rs = (y - n * z) / (y + n * z);
+        float rp = (n * y - z) / (n * y + z);
+        float mu = inside_is_dense ? z : y;
 
-            part1[l] += f;
-            part2[l] += f * (eta > 1.0f ? z : y);
+        part1[i] = 0.5f * (rs * rs + rp * rp) * y * dy;
+        part2[i] = part1[i] * mu;
+    }
+
+    /* Sums of every fourth, then of those: they keep more digits, and run side by side. */
+    for (l = 0; l < SSSI_FOUR; ++l) {
+        four1[l] = part1[l];
+        four2[l] = part2[l];
+        for (i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
+            four1[l] += part1[i];
+            four2[l] += part2[i];
         }
     }
-    c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
-    c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
+    c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
+    c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
     /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
        angle. */
@@ -1090,13 +1108,14 @@ SSSI_FN sssi_shape sssi_make_shape(sssi_boundary b, float x) {
     return h;
 }
 
-/* Channel c with the shape h and the reduced mean free path z_r. */
-SSSI_FN void sssi_set_dipole(sss_medium *m, int c, sssi_boundary b, sssi_shape h, float zr) {
+/* Channel c with the numbers of a shape and the reduced mean free path z_r. */
+SSSI_FN void sssi_set_dipole(sss_medium *m, int c, float flux, float sigma, float depth, float core,
+                             float zr) {
     m->length[c] = zr;
-    m->zv[c] = zr + zr * h.depth;
-    m->sigma[c] = h.sigma / zr;
-    m->flux[c] = b.flux / (4.0f * SSSI_PI * h.core);
-    m->fluence[c] = (1.0f - b.flux) / (2.0f * SSSI_PI * h.core * h.depth * zr);
+    m->zv[c] = zr + zr * depth;
+    m->sigma[c] = sigma / zr;
+    m->flux[c] = flux / (4.0f * SSSI_PI * core);
+    m->fluence[c] = (1.0f - flux) / (2.0f * SSSI_PI * core * depth * zr);
 }
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
@@ -1149,7 +1168,7 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             float zr = 1.0f / (sigma_a[c] + sigma_s[c]);
 
             m->albedo[c] = sssi_min(h.total, 1.0f);
-            sssi_set_dipole(m, c, b, h, zr);
+            sssi_set_dipole(m, c, b.flux, h.sigma, h.depth, h.core, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
                it. */
@@ -1259,6 +1278,7 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
                                          float eta, int better) {
     sss_result result = sssi_check_albedo(albedo);
     float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
+    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
     sssi_boundary b;
     int c;
 
@@ -1275,15 +1295,22 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
     }
     b = sssi_make_boundary(eta, better);
     sssi_invert_shapes(b, wanted, log_x);
-    for (c = 0; c < 3; ++c) {
+    for (c = 0; c < SSSI_FOUR; ++c) {
         sssi_shape h = sssi_make_shape(b, sssi_exp(log_x[c]));
+
+        sigma[c] = h.sigma;
+        depth[c] = h.depth;
+        core[c] = h.core;
+    }
+    for (c = 0; c < 3; ++c) {
+        float zr = sigma[c] * dmfp[c];
 
         m->albedo[c] = albedo[c];
         sssi_set_volume(m, c, 1.0f - albedo[c], dmfp[c]);
 
         /* Lambert where 1 / z_r^2 would leave float's range. */
-        if (albedo[c] > 0.0f && albedo[c] < 1.0f && h.sigma * dmfp[c] >= 1e-17f)
-            sssi_set_dipole(m, c, b, h, h.sigma * dmfp[c]);
+        if (albedo[c] > 0.0f && albedo[c] < 1.0f && zr >= 1e-17f)
+            sssi_set_dipole(m, c, b.flux, sigma[c], depth[c], core[c], zr);
     }
     sssi_finish_dipole(m);
     return SSS_OK;
