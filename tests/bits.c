@@ -1,11 +1,17 @@
-// bits.c - prints a checksum over the bits of everything that many lookups give out; test_compile.sh compares
-// it between compilers and levels of optimisation. C99 and C++11. SPDX-License-Identifier: MIT
+// bits.c - a checksum over the bits of everything that many lookups give out. test_compile.sh compares it between
+// compilers and levels of optimisation, long/test_wasm.sh with WebAssembly, where there is no libc and so nothing is
+// printed. C99 and C++11. SPDX-License-Identifier: MIT
+#if __STDC_HOSTED__
 #include <stdio.h>
+#endif
+
+#include <stddef.h>
 
 #include "sss_resample.h"
 
 static uint32_t checksum = 2166136261u;
-static unsigned long added = 0, strange = 0;
+static uint32_t added = 0;
+static uint32_t strange = 0;
 
 static void add_bits(uint32_t bits) {
     checksum = (checksum ^ bits) * 16777619u;
@@ -50,13 +56,34 @@ static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
     }
 }
 
+// The exit's weight for its own entry and for others nearby.
+static void add_share(const sss_medium *m, const sss_exit *exit, sss_vec3 x, uint32_t seed) {
+    enum { GROUP = 5 };
+    sss_entry group[GROUP];
+    float weight[GROUP][3];
+    int i;
+    int c;
+    for (i = 0; i < GROUP; ++i) {
+        sss_vec3 off = some_vector(seed + 10u + (uint32_t)i);
+        group[i].position.x = x.x + 0.1f * (float)i * off.x;
+        group[i].position.y = x.y + 0.1f * (float)i * off.y;
+        group[i].position.z = x.z + 0.1f * (float)i * off.z;
+        group[i].medium = m;
+    }
+
+    sss_share(exit, group, GROUP, 0, 0.1f, weight);
+    for (i = 0; i < GROUP; ++i) {
+        for (c = 0; c < 3; ++c) add(weight[i][c]);
+    }
+}
+
 static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed) {
     sss_resampler s;
     sss_probe probe;
     sss_exit exits[SSS_MAX_EXITS];
     sss_vec3 x = some_vector(seed), n = some_vector(seed + 1u);
     int i, c, count, probes = 0;
-    add_bits((uint32_t)sss_begin(&s, m, plan, x, n, seed));
+    add_bits((uint32_t)sss_begin_sample(&s, m, plan, x, n, seed, seed & 3u));
     while (sss_next_probe(&s, &probe)) add_probe(&s, &probe, sss_hash(seed, (uint32_t)++probes));
     count = sss_finish(&s, exits);
     add_bits((uint32_t)count);
@@ -64,20 +91,27 @@ static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed)
         add_vector(exits[i].position);
         add_vector(exits[i].normal);
         for (c = 0; c < 3; ++c) add(exits[i].weight[c]);
+        add_bits((uint32_t)exits[i].hit);
+        add(exits[i].mass);
+        add_share(m, &exits[i], x, seed);
     }
 }
 
 static void add_plans(const sss_medium *m, uint32_t seed) {
     static const int counts[] = {0, 1, 2, 3, 7, 8, 13, 16};
-    unsigned techniques, i;
-    for (techniques = 0; techniques < 16u; ++techniques) {
-        for (i = 0; i < 2u * sizeof counts / sizeof *counts; ++i) {
+    enum { COUNTS = sizeof counts / sizeof *counts, SETS = 18 };
+    unsigned set;
+    unsigned i;
+    for (set = 0; set < SETS; ++set) {
+        for (i = 0; i < 2u * COUNTS; ++i) {
             sss_plan plan;
             plan.candidates = counts[i / 2u];
-            plan.exits = (int)((techniques + i) % (SSS_MAX_EXITS + 1u));
-            plan.techniques = techniques;
+            plan.exits = (int)((set + i) % (SSS_MAX_EXITS + 1u));
+            plan.techniques = set < 16u ? set : 1u << (set - 12u); // SSS_WALK, SSS_LAMBERT alone
             plan.independent = (int)(i % 2u);
-            add_lookup(m, &plan, sss_hash(seed, 16u * i + techniques));
+            plan.per_channel = (int)(i % 3u == 0u); // refused with several exits
+            plan.tile = 0;
+            add_lookup(m, &plan, sss_hash(seed, 16u * i + set));
         }
     }
     add_lookup(m, NULL, seed);
@@ -95,6 +129,8 @@ static void add_medium(const sss_medium *m) {
         add(m->sigma[c]);
         add(m->flux[c]);
         add(m->fluence[c]);
+        add(m->extinction[c]);
+        add(m->similarity[c]);
         for (i = 0; i < sizeof radius / sizeof *radius; ++i) {
             add(sss_profile(m, c, radius[i]));
             add(sss_within(m, c, radius[i]));
@@ -106,15 +142,17 @@ static void add_medium(const sss_medium *m) {
 static void add_advice(const sss_medium *m, float footprint, float curvature, float cost) {
     sss_need need;
     sss_plan plan;
-    unsigned advice = 0;
     need.footprint = footprint;
     need.curvature_radius = curvature;
     need.shading_cost = cost;
-    plan = sss_plan_for(m, &need, &advice);
+    need.tolerance = 0.1f * cost;
+    need.hinted = cost > 1.0f;
+    plan = sss_plan_for(m, &need);
     add_bits((uint32_t)plan.candidates);
     add_bits((uint32_t)plan.exits);
     add_bits(plan.techniques);
-    add_bits(advice);
+    add_bits((uint32_t)plan.per_channel);
+    add_bits((uint32_t)plan.tile);
 }
 
 static void add_profile(int profile, const float *albedo, const float *length, float eta, uint32_t seed) {
@@ -153,6 +191,8 @@ static int limits_hold(void) {
     plan.exits = SSS_MAX_EXITS;
     plan.techniques = SSS_CHORD;
     plan.independent = 0;
+    plan.per_channel = 0;
+    plan.tile = 0;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
     while (sss_next_probe(&s, &probe)) ++probes;
     good &= probes == SSS_MAX_CANDIDATES;
@@ -162,26 +202,46 @@ static int limits_hold(void) {
     plan.exits = SSS_MAX_EXITS + 1;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
     need.footprint = need.curvature_radius = 0.0f;
+    need.tolerance = 0.0f;
+    need.hinted = 0;
     need.shading_cost = 1e4f; // wants as many candidates as there can be: no more than are allowed
-    plan = sss_plan_for(&m, &need, NULL);
+    plan = sss_plan_for(&m, &need);
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
     return good && sss_result_string(SSS_BAD_PLAN)[0] != '\0';
 }
 
-int main(void) {
+static void add_all(void) {
     static const float albedo[4][3] = {
         {0.8f, 0.8f, 0.8f}, {0.95f, 0.6f, 0.2f}, {0.9f, 0.0f, 0.5f}, {0.999f, 0.3f, 0.7f}};
     static const float length[4][3] = {
         {1.0f, 1.0f, 1.0f}, {1.0f, 0.3f, 0.05f}, {0.2f, 2.0f, 0.7f}, {3.0f, 0.0f, 0.01f}};
     static const float eta[4] = {1.0f, 1.33f, 0.8f, 1.5f};
     uint32_t i;
-    for (i = 0; i < 24u; ++i)
+    for (i = 0; i < 24u; ++i) {
         add_profile((int)(i / 4u), albedo[i % 4u], length[i % 4u], eta[i % 4u], 1000u * i);
-    printf("%08lx over %lu numbers\n", (unsigned long)checksum, added);
-    if (strange) fprintf(stderr, "%lu of them are not finite\n", strange);
+    }
+}
+
+#if __STDC_HOSTED__
+int main(void) {
+    add_all();
+    printf("%08lx over %lu numbers\n", (unsigned long)checksum, (unsigned long)added);
+    if (strange) fprintf(stderr, "%lu of them are not finite\n", (unsigned long)strange);
     if (!limits_hold()) {
         fprintf(stderr, "the limits on candidates or exits do not hold\n");
         return 1;
     }
     return strange != 0;
 }
+#else
+__attribute__((export_name("checksum"))) uint32_t bits_checksum(void);
+__attribute__((export_name("numbers"))) uint32_t bits_numbers(void);
+
+// 0 if a number is not finite, or a limit does not hold.
+uint32_t bits_checksum(void) {
+    add_all();
+    return strange || !limits_hold() ? 0u : checksum;
+}
+
+uint32_t bits_numbers(void) { return added; }
+#endif
