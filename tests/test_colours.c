@@ -5,8 +5,8 @@
    sss_intensity: W_c, the sum of light p_c / Lambda. The masses of a lookup's exits, times the light
    there and the number of live channels, must be sums of W_c over a partition of the channels.
 
-   Comparisons: 42 z-scores at |z| < 5.0: the chance that a correct header fails in one of them is
-   42 * 5.7e-7 = 2.4e-5. The variances that are compared differ by a factor of
+   Comparisons: 38 z-scores at |z| < 5.0: the chance that a correct header fails in one of them is
+   38 * 5.7e-7 = 2.2e-5. The variances that are compared differ by a factor of
    1.6 at least, and each is known to some percent. --long: ten times as many lookups.
    SPDX-License-Identifier: MIT */
 #include "sss_test.h"
@@ -98,13 +98,13 @@ static void grey_media_have_one_exit(void **state) {
         plain.per_channel = 0;
         make_colours(type, albedos[type == BURLEY && k % 2], k % 3 ? one : two, &m);
         for (seed = 0; seed < 20u; ++seed) {
-            sss_exit exits[SSS_MAX_EXITS], other[SSS_MAX_EXITS];
+            sss_exit exits[SSS_MAX_EXITS] = {0}, other[SSS_MAX_EXITS];
             st_hint *hint = seed % 2u ? hint_spot : NULL;
             int found = st_lookup(&f, &m.medium, &plan, seed, hint, exits);
             int first = k % 3 == 0, expected; /* a Lambert channel has an exit of its own */
 
-            if (first) check_equal("the entry", exits[0].hit, -1);
             check_at_most("exits", found, first + 1);
+            if (first && found) check_equal("the entry", exits[0].hit, -1);
             if (first) continue;
             expected = st_lookup(&f, &m.medium, &plain, seed, hint, other);
             check_equal("exits with and without per_channel", found, expected);
@@ -302,7 +302,10 @@ static void every_channel_has_its_integral(void **state) {
             char name[80];
 
             snprintf(name, sizeof name, "case %d, %s, channel %d", k, st_kind_name(f.kind), c);
-            check_z(name, stat[c].mean, st_error(&stat[c]), truth, 3e-6, Z_LIMIT);
+            if (m.lambert[c] > 0.0)
+                check_relative(name, stat[c].mean, truth, 1e-6); /* the same in every lookup */
+            else if (truth == 0.0) check_near(name, stat[c].mean, 0.0, 0.0);
+            else check_z(name, stat[c].mean, st_error(&stat[c]), truth, 3e-6, Z_LIMIT);
         }
     }
 }

@@ -222,6 +222,11 @@ static double truth_of(const group *g, st_light *light, int i, int c) {
 
 /* ---- What a single share must be ---- */
 
+/* Rd as the header says it: below 1e-6 of its length Burley's is as at that radius. */
+static double profile_of(const st_profile *p, double r) {
+    return st_rd(p, p->dipole ? r : fmax(r, 1e-6 * p->d));
+}
+
 /* g_j of equation [8]: the mean of the live channels' unit profiles. */
 static double target_of(const group *g, int i, double r) {
     double sum = 0.0;
@@ -229,7 +234,7 @@ static double target_of(const group *g, int i, double r) {
 
     for (c = 0; c < 3; ++c) {
         if (g->profile[i][c].albedo == 0.0) continue;
-        sum += st_rd(&g->profile[i][c], r) / g->profile[i][c].albedo;
+        sum += profile_of(&g->profile[i][c], r) / g->profile[i][c].albedo;
         ++live;
     }
     return live ? sum / live : 0.0;
@@ -297,7 +302,7 @@ static void check_share(const group *g, const sss_exit *exit, int own, float (*w
             }
             v->above += !(w <= p->albedo * live_of(g, i) * (double)exit->mass * 1.000001);
             if (folds > 65.0) continue;
-            expected = st_rd(p, r) / sum * (double)exit->mass;
+            expected = profile_of(p, r) / sum * (double)exit->mass;
             error = fabs(w - expected) / fmax(expected, 1e-30);
             v->checked += 1;
             v->wrong += !(error <= tolerance);
@@ -592,9 +597,16 @@ static int scaled_lookup(int type, int k, int plan_number, uint32_t seed, sss_me
     return sss_finish(&s, exits);
 }
 
+/* Densities travel in scene units: an exit so far away that Rd is no normal float there is lost. */
+static int is_faint(const sss_medium *m, int c, const sss_entry *entry, const sss_exit *exit) {
+    double r = st_length(st_sum(st_double(exit->position), st_double(entry->position), -1.0));
+
+    return !(sss_profile(m, c, (float)r) >= 4.0f * FLT_MIN);
+}
+
 static void one_entry_alone_gets_its_own_weight(void **state) {
     static const int scales[] = {0, -33, -20, 3, 21, 33};
-    long compared = 0;
+    long compared = 0, faint = 0;
     uint32_t seed;
     int type, k, plan, e, c;
 
@@ -620,9 +632,15 @@ static void one_entry_alone_gets_its_own_weight(void **state) {
                         assert_true(same_bits(exits[e].mass, first[e].mass));
                         assert_int_equal(exits[e].hit, first[e].hit);
                         for (c = 0; c < 3; ++c) {
-                            assert_true(same_bits(weight[0][c], exits[e].weight[c]));
-                            assert_true(same_bits(half[c], exits[e].weight[c]));
                             assert_true(same_bits(first[e].weight[c], exits[e].weight[c]));
+                            assert_true(same_bits(half[c], weight[0][c]));
+                            if (is_faint(&m, c, &entry, &exits[e])) {
+                                check_at_most("a faint weight", (double)weight[0][c],
+                                              3.0 * (double)exits[e].mass);
+                                ++faint;
+                                continue;
+                            }
+                            assert_true(same_bits(weight[0][c], exits[e].weight[c]));
                             ++compared;
                         }
                     }
@@ -630,7 +648,9 @@ static void one_entry_alone_gets_its_own_weight(void **state) {
             }
         }
     }
-    print_message("    %ld weights of entries alone, the same bits at 6 scales\n", compared);
+    print_message("    %ld weights of entries alone, the same bits at 6 scales; %ld too faint\n",
+                  compared, faint);
+    check_at_most("faint weights", (double)faint, 1e-2 * (double)compared);
     check_at_least("weights", (double)compared, 50000.0);
 }
 
