@@ -314,7 +314,7 @@ typedef struct sssi_optics {
 /* A hit with all that its weight needs; lengths in inner units. */
 typedef struct sssi_candidate {
     sss_vec3 position, normal; /* in scene units; at unit length */
-    float profile[3];          /* unit profiles, or what a walk carries, over the albedo */
+    float profile[3];          /* unit profiles, or what a walk carries */
     float target;              /* g: their mean over the live channels */
     float light;               /* the hint */
     int hit;                   /* which call of sss_add_hit it was */
@@ -353,10 +353,12 @@ typedef struct sssi_hits {
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
     int on, found;      /* a segment has been given; a hit of it is held */
+    int goes_on;        /* that hit is the start of the walk */
     uint32_t key;       /* of its random numbers */
     sss_vec3 position;  /* where the segment starts, about the entry */
     sss_vec3 direction; /* at unit length */
     float length;       /* of the segment */
+    float skip, skin;   /* where its trace begins; how far that is for the first segment at least */
     float extinction;   /* of the channel that draws the distances */
     int scatterings;    /* n of [9] */
     float path;         /* L of [9], up to where the segment starts */
@@ -365,7 +367,7 @@ typedef struct sssi_walk {
     sssi_candidate hit;
     float log_extinction[3]; /* over that of channel 0 */
     float log_albedo[3];     /* of one scattering */
-    float darkest;           /* the lowest of these */
+    float brightest;         /* the highest of these, of the live channels */
 } sssi_walk;
 
 /* One lookup: plain values, lives on the stack, its fields are private. */
@@ -440,8 +442,9 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
-   above its maximum, exits with per_channel), SSS_BAD_POSITION (not finite), SSS_BAD_NORMAL (zero,
-   not finite): no probes, no exits. A black medium is SSS_OK and has no exits. */
+   above its maximum, exits with per_channel), SSS_BAD_POSITION (not finite, or beyond 1e30),
+   SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK and has no
+   exits. */
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan,
                                    sss_vec3 position, sss_vec3 geometric_normal, uint32_t seed);
 
@@ -476,14 +479,14 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* One exit, many lookups [8]: the weight of an exit for every entry of a group of lookups, of which
    number `own` found it. Add weight[i][c] * E(exit) to the estimate of entry i, for every exit of
-   every member. The expected value stays the contract's if
-     - the group is chosen without a look at the random numbers (a tile of pixels, one object);
-     - every member made its own lookup, also if that found no exit, with a plan that holds
-   SSS_CHORD. No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours
-   then have correlated noise: shift the tiles from pass to pass. A channel of an entry whose length
-   is below `spacing`, the distance of neighbours, would gain nothing: there each entry keeps to its
-   own exits. Exits with mass 0 serve their own entry alone. Fastest if all entries point to one
-   medium. */
+   every member. The expected value stays the contract's if - the group is chosen without a look at
+   the random numbers (a tile of pixels, one object); - every member made its own lookup, also if
+   that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do where all is flat).
+   No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours then have
+   correlated noise: shift the tiles from pass to pass. A channel of an entry whose length is below
+   half of `spacing`, the distance of neighbours, gains nothing (demos/study/tile.c): there each
+   entry keeps to its own exits. Exits with mass 0 serve their own entry alone. Fastest if all
+   entries point to one medium. */
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]);
 
@@ -501,16 +504,17 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
    arguments that are used here, against double precision: exp 1.1 ulp, expm1 1.8 ulp, log 1 ulp,
    sin and cos 1e-7. ---- */
 
-#define SSSI_PI      3.14159265f
-#define SSSI_FLT_MAX 3.402823466e38f
-#define SSSI_NUDGE   5.9604644e-8f /* 2^-24 */
-#define SSSI_LOWEST  (-70.0f) /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
-#define SSSI_R_MIN   1e-6f    /* of the length: profiles do not grow below */
-#define SSSI_R_FAR   1e18f    /* squares do not overflow */
-#define SSSI_TAIL    1e-4f    /* what r_max leaves out */
-#define SSSI_NARROW  9.5367432e-7f /* 2^-20: shortest live length, over r_max */
-#define SSSI_SHELL   7.6293945e-6f /* 2^-17: see sssi_set_optics */
-#define SSSI_BLUR    2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+#define SSSI_PI       3.14159265f
+#define SSSI_FLT_MAX  3.402823466e38f
+#define SSSI_NUDGE    5.9604644e-8f /* 2^-24 */
+#define SSSI_LOWEST   (-70.0f) /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
+#define SSSI_R_MIN    1e-6f    /* of the length: profiles do not grow below */
+#define SSSI_R_FAR    1e18f    /* squares do not overflow */
+#define SSSI_FARTHEST 1e30f    /* the largest coordinate of an entry */
+#define SSSI_TAIL     1e-4f    /* what r_max leaves out */
+#define SSSI_NARROW   9.5367432e-7f /* 2^-20: shortest live length, over r_max */
+#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sssi_set_optics */
+#define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
 #define SSSI_TINY 1e-36f
@@ -710,7 +714,7 @@ SSSI_FN float sssi_burley_head(float d, float r) {
 }
 
 /* A distance with density 2 pi r P(r) from a uniform u: u is the tail x (x^2 + 3) / 4, x =
-   e^(-r/3d). Two Newton steps solve for x. */
+   e^(-r/3d). Three Newton steps solve for x. */
 SSSI_FN float sssi_burley_step(float x, float u) {
     return x - (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
 }
@@ -881,7 +885,7 @@ static inline SSSI_TEXT sss_result_string(sss_result result) {
     case SSS_BAD_LENGTH: return "a length or coefficient is neither 0 nor within 1e-12..1e12";
     case SSS_BAD_ETA: return "the relative index of refraction is not within 0.2..5";
     case SSS_BAD_NORMAL: return "a normal is zero or not finite";
-    case SSS_BAD_POSITION: return "a position is not finite";
+    case SSS_BAD_POSITION: return "a position is not finite, or beyond 1e30";
     case SSS_BAD_PLAN: return "a plan has an unknown technique or a count out of range";
     }
     return "not a result of sss_resample.h";
@@ -1095,7 +1099,7 @@ SSSI_FN void sssi_set_dipole(sss_medium *m, int c, sssi_boundary b, sssi_shape h
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
    Lambert's W function solves: the guess uses W(v) = l (1 - ln(1 + l) / (2 + l)), l = ln(1 + v),
-   good to 2 %. Two Newton steps in the logarithm of the true tail follow. */
+   good to 2 %. Three Newton steps in the logarithm of the true tail follow. */
 SSSI_FN float sssi_guess_r_max(const sss_medium *m, int c) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float k = m->flux[c] * (zr + zv) + m->fluence[c] * 0.5f * (zv - zr) * (zv + zr);
@@ -1116,7 +1120,7 @@ SSSI_FN void sssi_finish_dipole(sss_medium *m) {
     int i, l;
 
     for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_guess_r_max(m, sssi_channel_of(l));
-    for (i = 0; i < 2; ++i)
+    for (i = 0; i < 3; ++i)
         for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_better_r_max(m, sssi_channel_of(l), r[l]);
     for (l = 0; l < 3; ++l)
         if (sssi_is_live(m, l)) m->r_max = sssi_max(m->r_max, r[l]);
@@ -1422,19 +1426,21 @@ SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     sssi_walk *w = &s->walk;
     int c;
 
-    w->on = w->found = w->scatterings = 0;
+    w->on = w->found = w->goes_on = w->scatterings = 0;
     w->key = 0u;
     w->position = w->direction = s->axis[SSSI_NORMAL];
-    w->length = w->extinction = w->path = w->roulette = w->distance = w->darkest = 0.0f;
+    w->length = w->skip = w->skin = w->extinction = w->path = w->roulette = w->distance = 0.0f;
+    w->hit.light = 0.0f;
+    w->brightest = -SSSI_FLT_MAX;
     for (c = 0; c < 3; ++c) {
         float lost = m->similarity[c] * m->similarity[c];
 
         w->log_albedo[c] = w->log_extinction[c] = 0.0f;
-        if (!s->walks || s->optics.live == 0) continue;
+        if (!s->walks || !(s->optics.mix[c] > 0.0f)) continue;
         w->log_albedo[c] = sssi_log(sssi_max(1.0f - lost, SSSI_TINY));
         if (lost < 0.25f) w->log_albedo[c] = sssi_log_parts(0.0f, -lost);
         w->log_extinction[c] = sssi_log(m->extinction[c] / m->extinction[0]);
-        w->darkest = sssi_min(w->darkest, w->log_albedo[c]);
+        w->brightest = sssi_max(w->brightest, w->log_albedo[c]);
     }
 }
 
@@ -1462,7 +1468,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     if (plan) p = *plan;
     result = sssi_check_plan(&p);
-    if (result == SSS_OK && !sssi_finite(position)) result = SSS_BAD_POSITION;
+    if (result == SSS_OK && (!sssi_finite(position) || sssi_longest(position) > SSSI_FARTHEST))
+        result = SSS_BAD_POSITION;
     if (!sssi_normalize(&geometric_normal) && result == SSS_OK) result = SSS_BAD_NORMAL;
 
     /* A refused lookup is one of a black medium: no probes, no exits. */
@@ -1507,6 +1514,7 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
     sssi_set_counts(s);
     sssi_clear_hits(&s->hits, geometric_normal);
     sssi_begin_walks(s);
+    for (i = 0; i < SSS_LANES; ++i) s->probes.depth[i] = s->probes.length[i] = 0.0f;
     for (i = 0; i < SSS_MAX_EXITS; ++i) s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
     return result;
 }
@@ -2060,10 +2068,14 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 
 #define SSSI_LN_HALF (-0.69314718f)
 
-/* A walk starts a little inside: 8 ulp of the entry's coordinates, and at least 2^-13 mean free
- * paths. */
-#define SSSI_ULPS 9.5367432e-7f
-#define SSSI_SKIN 1.2207031e-4f
+/* A walk starts at the entry itself, but its first segment is traced only from a little inside on,
+   so that it does not meet the surface where it starts: 8 ulp of the entry's coordinates, and at
+   least 2^-13 and at most 1/4 mean free paths below the tangent plane. What scatters before needs
+   no trace. */
+#define SSSI_ULPS      9.5367432e-7f
+#define SSSI_SKIN      1.2207031e-4f
+#define SSSI_SKIN_MOST 0.25f
+#define SSSI_START     64.0f /* skins within which a walk may see its own start */
 
 /* A number in (0, 1) of this walk: 4 for each scattering. */
 SSSI_FN float sssi_walk_number(const sss_resampler *s, uint32_t which) {
@@ -2110,6 +2122,7 @@ SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float weight[
 SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
     s->walk.on = 1;
     s->walk.found = 0;
+    s->walk.skip = 0.0f;
     s->walk.direction = direction;
     s->walk.length = -sssi_log(u) / s->walk.extinction;
 }
@@ -2141,41 +2154,39 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
                     sssi_mul(s->axis[SSSI_BITANGENT], sine * sn));
     direction = sssi_sub(flat, sssi_mul(s->axis[SSSI_NORMAL], SSSI_SQRT(cosine2)));
 
-    ulps = SSSI_ULPS * sssi_longest(s->position) / s->optics.unit;
+    ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
     skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
-    s->walk.position = sssi_mul(s->axis[SSSI_NORMAL], -skin);
+    skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
+    s->walk.skin = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
+    s->walk.position = sssi_vec3(0.0f, 0.0f, 0.0f);
     s->walk.key = sss_hash(s->key, 0x20000000u + (uint32_t)s->next);
     s->walk.scatterings = 0;
     s->walk.path = s->walk.roulette = 0.0f;
     sssi_walk_on(s, direction, sssi_number(s, at, SSSI_RADIUS));
+    s->walk.skip = s->walk.skin;
 }
 
-/* No surface on the segment: the walk scatters at its end. Russian roulette brings the most that it
-   carries back to one half. */
+/* No surface on the segment: the walk scatters at its end. Russian roulette brings what its
+   brightest channel may still carry, albedo^n over the chances so far, back to one half. What it
+   carries now may be far less, and rise again: so the weights stay below the number of live
+   channels. */
 SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
     sssi_walk *w = &s->walk;
-    float z, rim, sn, cs;
+    float z, rim, sn, cs, carried;
 
     w->position = sssi_add(w->position, sssi_mul(w->direction, w->length));
     w->path += w->length;
     w->scatterings += 1;
+    carried = (float)w->scatterings * w->brightest + w->roulette;
+    if (carried < SSSI_LN_HALF) {
+        float chance = 2.0f * sssi_exp(carried);
+
+        if (!(sssi_walk_number(s, 3u) < chance)) w->scatterings = SSSI_MAX_SCATTERINGS;
+        w->roulette += SSSI_LN_HALF - carried;
+    }
     if (w->scatterings >= SSSI_MAX_SCATTERINGS) {
         w->on = 0;
         return;
-    }
-
-    if ((float)w->scatterings * w->darkest + w->roulette < SSSI_LN_HALF) {
-        float weight[3], most;
-
-        sssi_walk_weights(s, w->path, weight);
-        most = sssi_max(weight[0], sssi_max(weight[1], weight[2]));
-        if (most < 0.5f) {
-            if (!(sssi_walk_number(s, 3u) < 2.0f * most)) {
-                w->on = 0;
-                return;
-            }
-            w->roulette += SSSI_LN_HALF - sssi_log(most);
-        }
     }
 
     /* A uniform direction. */
@@ -2188,45 +2199,63 @@ SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
 /* The walk leaves where its segment met the surface, and becomes a candidate. */
 SSSI_FN void sssi_walk_out(sss_resampler *s) {
     sssi_candidate *hit = &s->walk.hit;
-    float weight[3];
     int c;
 
     s->walk.on = s->walk.found = 0;
     if (!(hit->light > 0.0f)) return;
-    sssi_walk_weights(s, s->walk.path + s->walk.distance / s->optics.unit, weight);
+    sssi_walk_weights(s, s->walk.path + s->walk.distance / s->optics.unit, hit->profile);
     hit->target = 0.0f;
-    for (c = 0; c < 3; ++c) {
-        hit->profile[c] = s->optics.mix[c] > 0.0f ? weight[c] / s->optics.medium.albedo[c] : 0.0f;
-        hit->target += s->optics.mix[c] * hit->profile[c];
-    }
+    for (c = 0; c < 3; ++c) hit->target += s->optics.mix[c] * hit->profile[c];
     sssi_collect(s, (s->next - 1) % s->exits, hit->target / (float)s->candidates,
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
+/* The segment goes on behind its own start. */
+SSSI_FN void sssi_walk_past(sss_resampler *s) {
+    sssi_walk *w = &s->walk;
+    float done = w->distance / s->optics.unit;
+
+    w->found = w->goes_on = 0;
+    w->skip = done + w->skin;
+}
+
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
 static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
-    if (s->walk.found) sssi_walk_out(s);
-    else if (s->walk.on) sssi_walk_scatter(s);
+    sssi_walk *w = &s->walk;
+    sss_vec3 start;
 
-    if (!s->walk.on) {
-        if (s->next >= s->candidates) return 0;
-        sssi_walk_in(s);
+    if (w->found && w->goes_on) sssi_walk_past(s);
+    else if (w->found) sssi_walk_out(s);
+    else if (w->on) sssi_walk_scatter(s);
+
+    /* Until there is a segment that needs a trace. */
+    while (!w->on || w->length <= w->skip) {
+        if (w->on) {
+            sssi_walk_scatter(s);
+        } else {
+            if (s->next >= s->candidates) return 0;
+            sssi_walk_in(s);
+        }
     }
-    probe->origin = sssi_add(s->position, sssi_mul(s->walk.position, s->optics.unit));
-    probe->direction = s->walk.direction;
-    probe->length = s->walk.length * s->optics.unit;
+    start = sssi_add(w->position, sssi_mul(w->direction, w->skip));
+    probe->origin = sssi_add(s->position, sssi_mul(start, s->optics.unit));
+    probe->direction = w->direction;
+    probe->length = (w->length - w->skip) * s->optics.unit;
     return 1;
 }
 
-/* Keeps the nearest hit of the segment. A hit without light ends the walk too. */
+/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a
+   few roundings outside sees its own surface once more, from outside: there the segment goes on. */
 static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec3 normal,
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
     float distance = sssi_dot(sssi_sub(position, start), w->direction);
+    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
+    w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
     w->distance = sssi_max(distance, 0.0f);
     w->hit.position = position;
     w->hit.normal = normal;
@@ -2308,7 +2337,8 @@ SSSI_FN void sssi_set_exit(const sss_resampler *s, const sssi_candidate *held, f
     exit->hit = held->hit;
     exit->mass = mass;
     for (c = 0; c < 3; ++c) {
-        float unit = s->optics.medium.albedo[c] * (held->profile[c] / held->target);
+        float albedo = s->walks ? 1.0f : s->optics.medium.albedo[c];
+        float unit = albedo * (held->profile[c] / held->target);
 
         exit->weight[c] = s->optics.mix[c] > 0.0f ? unit : 0.0f;
     }
@@ -2367,7 +2397,7 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
 /* ---- Share [8] ---- */
 
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing) {
-    return sssi_is_live(m, channel) && m->length[channel] >= spacing;
+    return sssi_is_live(m, channel) && 2.0f * m->length[channel] >= spacing;
 }
 
 /* The square of the distance of an exit from an entry. */
@@ -2525,6 +2555,40 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
+/* Sharing over 8 x 8 pixels divides the variance by 2 to 20 for the price of some two probes,
+   wherever a channel takes part (demos/study/tile.c). */
+SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
+    int c;
+
+    for (c = 0; c < 3; ++c)
+        if (footprint > 0.0f && sss_is_shared(m, c, footprint)) return 8;
+    return 0;
+}
+
+/* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
+   sharing)) of them pay: here the power of two next to it. */
+SSSI_FN int sssi_plan_candidates(float cost) {
+    int candidates = 2;
+
+    while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
+    return candidates;
+}
+
+/* Exits of its own for each colour take a third of the variance away where colours differ, and pay
+   while they cost no more than the probes. */
+SSSI_FN int sssi_plan_colours(const sss_medium *m, float cost, int candidates) {
+    float shortest = SSSI_FLT_MAX, longest = 0.0f;
+    int room = SSS_MAX_EXITS;
+    int c;
+
+    for (c = 0; c < 3; ++c) {
+        if (!sssi_is_live(m, c)) continue;
+        shortest = sssi_min(shortest, m->length[c]);
+        longest = sssi_max(longest, m->length[c]);
+    }
+    return room >= 3 && longest > 1.5f * shortest && cost <= (float)candidates;
+}
+
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
     float r = sssi_max(need->curvature_radius, 0.0f);
@@ -2545,17 +2609,18 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* What finds one hit always finds the same: one candidate is as good as many. */
-    if (plan.techniques == SSS_DISK) plan.candidates = 1;
+    /* Walks all weigh the same, so that a choice among them pays only with hints. The same holds
+       for what one disk finds on a plane. */
+    if (plan.techniques == SSS_WALK) plan.candidates = need->hinted ? 2 : 1;
+    if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
+    plan.tile = sssi_plan_tile(m, need->footprint);
+    if (plan.techniques == SSS_DISK) {
+        plan.candidates = 1;
+    } else {
+        float cost = sssi_max(need->shading_cost, 0.0f);
 
-    /* M* = sqrt((V_1 / V_g - 1) c_s / c_p), V_1 = 3 V_g (make mix), in eights: eight cost little
-     * more than five. */
-    if (plan.techniques == 0u && need->shading_cost > 0.0f) {
-        float best = SSSI_SQRT(2.0f * sssi_min(need->shading_cost, 2048.0f));
-        int eights = (int)(best / 8.0f + 0.5f);
-
-        plan.candidates = need->shading_cost < 1.5f ? 4 : 8 * (eights < 1 ? 1 : eights);
-        if (plan.candidates > SSS_MAX_CANDIDATES) plan.candidates = SSS_MAX_CANDIDATES;
+        if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
+        plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     }
     return plan;
 }

@@ -1,6 +1,6 @@
 // exit_points.c - light enters an object at one point: which exits do the techniques find, how much does each count,
 // and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "exit_points"
 #include "common/tracer.h"
@@ -35,7 +35,16 @@ static const char usage[] =
 
 enum { DISK, SPHERE, CHORD, MIX, PICKED, PANES };
 
-static const char *const object_names[] = {"bear", "sphere", "pane", "corner", "needle"};
+// What the pictures need to know of each scene: what to call its object, where its own camera looks at the object's most
+// telling part, roughly, and how large the object is shown.
+static const struct {
+    const char *object;
+    float x, y, zoom;
+} subject[SCENES] = {[SCENES_SPHERE] = {"sphere", 0.5f, 0.45f, 19.0f},
+                     [SCENES_SLAB] = {"pane", 0.55f, 0.45f, 20.0f},
+                     [SCENES_CORNER] = {"corner", 0.5f, 0.56f, 20.5f},
+                     [SCENES_NEEDLES] = {"needle", 0.5f, 0.5f, 19.0f},
+                     [SCENES_BEAR] = {"bear", 0.57f, 0.53f, 15.2f}};
 
 #define PANE 0x1b2029ffu
 #define EDGE 0x39424fffu
@@ -224,12 +233,12 @@ static int project(const exit_points *e, box b, sss_vec3 position, float *x, flo
     return scene_nearest(&e->s, e->s.eye, scene_scale(d, 1.0f / length), SCENE_NOTHING).t < length - 2e-3f;
 }
 
-// Where the scene's own camera looks at the object's most telling part, roughly.
 static void find_entry(exit_points *e) {
-    static const float at[5][2] = {{0.57f, 0.53f}, {0.5f, 0.45f}, {0.55f, 0.45f}, {0.5f, 0.56f}, {0.5f, 0.5f}};
+    float x = subject[e->w.scene].x;
+    float y = subject[e->w.scene].y;
     sss_vec3 direction;
     for (float shift = 0.0f; shift < 0.3f; shift += 0.01f) { // needles: to the side until one is met
-        scene_hit hit = see(e, 1.0f, 1.0f, at[e->w.scene][0] + shift, at[e->w.scene][1], &direction);
+        scene_hit hit = see(e, 1.0f, 1.0f, x + shift, y, &direction);
         if (hit.shape < 0) continue;
         e->entry = scene_along(e->s.eye, direction, hit.t);
         e->normal = scene_normal(&e->s.shape[hit.shape], e->entry);
@@ -238,13 +247,12 @@ static void find_entry(exit_points *e) {
 }
 
 static void open_scene(exit_points *e) {
-    static const float zoom[5] = {15.2f, 19.0f, 20.0f, 20.5f, 19.0f};
-    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
+    load_scene(&e->s, e->w.scene, window_profile[e->w.profile], e->dmfp);
     sss_vec3 arm = scene_sub(e->s.eye, scene_vec(0.0f, VIEW_CENTRE, 0.0f));
     e->distance = scene_sqrt(scene_dot(arm, arm));
     find_entry(e);
     e->tilt = 14.0f;
-    e->zoom = zoom[e->w.scene];
+    e->zoom = subject[e->w.scene].zoom;
     aim(e);
     restart(e);
 }
@@ -541,7 +549,7 @@ static void draw_small_print(const exit_points *e, canvas *c, float y) {
 static void draw_text(exit_points *e, canvas *c) {
     char text[256];
     float low = c->height - FOOTER + 32.0f;
-    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", object_names[e->w.scene]);
+    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", subject[e->w.scene].object);
     canvas_text(c, MARGIN, 37.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     canvas_text(c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
                 "Probe rays find candidates: too many in some places, too few in others. The colour is how much each "
@@ -604,7 +612,7 @@ static void toggle(exit_points *e, unsigned technique) {
 }
 
 static void set_medium(exit_points *e) {
-    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
+    load_scene(&e->s, e->w.scene, window_profile[e->w.profile], e->dmfp);
     aim(e);
     restart(e);
 }
@@ -675,16 +683,18 @@ static void run(exit_points *e, canvas *c) {
 
 // How many words the option takes.
 static int parse_option(exit_points *e, const char *name, const char *value) {
-    static const char *const names[] = {"--dmfp-scale", "--techniques", "--turn"};
     int taken = window_option(&e->w, usage, name, value);
     if (taken) return taken;
     if (strcmp(name, "--probes") == 0) return e->probes = 1;
     if (strcmp(name, "--still") == 0) return e->paused = 1;
-    switch (option_index(names, 3, name, value)) {
-    case 0: e->dmfp = (float)parse_real(name, value, 0.01, 100.0); break;
-    case 1: e->techniques = parse_techniques(value); break;
-    case 2: e->turn = (float)parse_real(name, value, -360.0, 360.0); break;
-    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    if (is_option("--dmfp-scale", name, value)) {
+        e->dmfp = (float)parse_real(name, value, 0.01, 100.0);
+    } else if (is_option("--techniques", name, value)) {
+        e->techniques = parse_techniques(value);
+    } else if (is_option("--turn", name, value)) {
+        e->turn = (float)parse_real(name, value, -360.0, 360.0);
+    } else {
+        fail(2, "unknown option '%s'; --help lists what there is", name);
     }
     return 2;
 }
@@ -696,7 +706,7 @@ int main(int count, char **words) {
     e.dmfp = 2.0f;
     e.turn = -24.0f;
     for (int i = 1; i < count;) i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
-    const char *wrong = image_check_writable(e.w.png);
+    const char *wrong = output_try(e.w.png);
     if (wrong) fail(2, "cannot write %s: %s", e.w.png, wrong);
     open_scene(&e);
     wrong = canvas_open(c, "exit points", e.w.headless, e.w.width, e.w.height, 1280.0f, 720.0f);

@@ -7,7 +7,7 @@
 
    Comparisons: 38 z-scores at |z| < 5.0: the chance that a correct header fails in one of them is
    38 * 5.7e-7 = 2.2e-5. The variances that are compared differ by a factor of
-   1.6 at least, and each is known to some percent. --long: ten times as many lookups.
+   1.6 at least, and each is known to some percent. make test-long: ten times as many lookups.
    SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
@@ -404,7 +404,7 @@ static void several_exits_are_refused(void **state) {
     }
 }
 
-int main(int count, char **words) {
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(grey_media_have_one_exit),
         cmocka_unit_test(masses_are_sums_over_channels),
@@ -413,6 +413,6 @@ int main(int count, char **words) {
         cmocka_unit_test(lambert_channels_have_their_own_exit),
         cmocka_unit_test(several_exits_are_refused),
     };
-    if (count > 1 && strcmp(words[1], "--long") == 0) lookups *= 10;
+    if (st_is_long()) lookups *= 10;
     return cmocka_run_group_tests_name("colours", tests, NULL, st_report);
 }

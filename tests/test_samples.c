@@ -5,7 +5,7 @@
    Unbiased: the mean over seeds of the mean over 16 samples, by z-score; 36 comparisons at
    |z| < 5.0, false alarms 36 * 5.7e-7 = 2.1e-5. The variance of a pixel's mean is measured in
    64 blocks of pixels, which also gives its standard error; the ratio of two such variances is asked
-   to be below 1 by 5 standard errors. --long: ten times as many pixels.
+   to be below 1 by 5 standard errors. make test-long: ten times as many pixels.
    SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
@@ -252,12 +252,12 @@ static void samples_are_calmer_than_seeds(void **state) {
     }
 }
 
-int main(int count, char **words) {
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sample_0_is_the_plain_lookup),
         cmocka_unit_test(means_over_samples_are_unbiased),
         cmocka_unit_test(samples_are_calmer_than_seeds),
     };
-    if (count > 1 && strcmp(words[1], "--long") == 0) factor = 10;
+    if (st_is_long()) factor = 10;
     return cmocka_run_group_tests_name("samples", tests, NULL, st_report);
 }

@@ -146,27 +146,29 @@ static inline scenes_optics scenes_bear(scene *s) {
     return scenes_make_optics(scene_vec(0.93f, 0.19f, 0.05f), scene_vec(1.22f, 0.25f, 0.28f));
 }
 
-// Fill a scene by name, all but the medium. 1, or 0 when there is no such scene.
-static inline int scenes_find(scene *s, scenes_optics *optics, const char *name) {
+// ---- All of them
+
+#define SCENES_NAMES "sphere slab corner needles bear"
+
+enum { SCENES_SPHERE, SCENES_SLAB, SCENES_CORNER, SCENES_NEEDLES, SCENES_BEAR, SCENES };
+
+static const struct {
+    const char *name;
+    scenes_optics (*make)(scene *s);
+} scenes_known[SCENES] = {{"sphere", scenes_sphere},
+                          {"slab", scenes_slab},
+                          {"corner", scenes_corner},
+                          {"needles", scenes_needles},
+                          {"bear", scenes_bear}};
+
+// Fill a scene, all but its medium; returns what that may be made of.
+static inline scenes_optics scenes_make(scene *s, int which) {
     memset(s, 0, sizeof *s);
     s->floor_lit = 0.6f;
     s->sky_horizon = scene_vec(0.88f, 0.95f, 1.04f);
     s->sky_zenith = scene_vec(0.55f, 0.66f, 0.84f);
     s->floor_albedo = scene_vec(0.27f, 0.24f, 0.215f);
-    if (strcmp(name, "sphere") == 0) {
-        *optics = scenes_sphere(s);
-    } else if (strcmp(name, "slab") == 0) {
-        *optics = scenes_slab(s);
-    } else if (strcmp(name, "corner") == 0) {
-        *optics = scenes_corner(s);
-    } else if (strcmp(name, "needles") == 0) {
-        *optics = scenes_needles(s);
-    } else if (strcmp(name, "bear") == 0) {
-        *optics = scenes_bear(s);
-    } else {
-        return 0;
-    }
-    return 1;
+    return scenes_known[which].make(s);
 }
 
 #endif
