@@ -11,8 +11,8 @@
    SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
-#define Z_LIMIT  5.0
-#define BLOCKS   64
+#define Z_LIMIT   5.0
+#define BLOCKS    64
 #define MOST_HITS (64 * ST_MAX_HITS)
 
 static long lookups = 48000; /* of a case */
