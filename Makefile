@@ -130,6 +130,7 @@ build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h 
 	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
 	    -fsanitize=fuzzer,$(SANITIZERS) -I. $< -o $@ -lm
 
+build/test_walk: $(STUDY)
 build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
