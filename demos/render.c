@@ -5,6 +5,7 @@
 #define COMMAND "render"
 #include "common/command.h"
 #include "common/device.h"
+#include "common/progress.h"
 #include "common/files.h"
 #include "common/tracer.h"
 
@@ -277,35 +278,6 @@ static void check_outputs(const options *o) {
     }
 }
 
-// ---- Progress: one line that is overwritten on a terminal, a line every few seconds elsewhere
-
-typedef struct progress {
-    const char *label;
-    double start, printed, done, total; // done and total in any unit of work
-    int terminal;
-} progress;
-
-static void progress_begin(progress *p, double total) {
-    memset(p, 0, sizeof *p);
-    p->start = p->printed = now();
-    p->total = total;
-    p->terminal = isatty(STDERR_FILENO);
-}
-
-static void progress_show(progress *p, double done) {
-    double time = now(), share = done / p->total;
-    if (time - p->printed < (p->terminal ? 0.1 : 5.0) || done <= 0.0) return;
-    p->printed = time;
-    double left = (time - p->start) * (1.0 / share - 1.0);
-    fprintf(stderr, p->terminal ? "\r%-24s %3.0f %%, %.0f s left   " : "%s: %.0f %%, %.0f s left\n", p->label,
-            100.0 * share, left);
-    fflush(stderr);
-}
-
-static void progress_end(const progress *p) {
-    if (p->terminal) fprintf(stderr, "\r%60s\r", "");
-}
-
 // ---- Rendering
 
 typedef struct samples_progress {
@@ -548,7 +520,7 @@ static int render_one(const options *o) {
     if (strcmp(o->method, "shared") == 0) set_sharing(o, &s, &r.settings);
     if (o->against) against = load_against(o);
     progress p;
-    progress_begin(&p, r.spp);
+    progress_begin(&p, scenes_known[o->scene].name, r.spp);
     render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
@@ -807,7 +779,7 @@ static int compare(const options *o) {
     memset(runs, 0, sizeof runs);
     compare_settings(o, &s, runs);
     progress p; // in samples of the resampled run
-    progress_begin(&p, o->spp * 4.0 + 2.0 * RENDER_COMPARE_COST * RENDER_COMPARE_REFERENCE);
+    progress_begin(&p, runs[RESAMPLED].method, o->spp * 4.0 + 2.0 * RENDER_COMPARE_COST * RENDER_COMPARE_REFERENCE);
     compare_run(o, &s, &runs[RESAMPLED], NULL, &p);
     compare_run(o, &s, &runs[SHARED], &runs[RESAMPLED], &p);
     compare_run(o, &s, &runs[PLAIN], &runs[RESAMPLED], &p);
