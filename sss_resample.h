@@ -2239,13 +2239,14 @@ SSSI_FN void sssi_walk_out(sss_resampler *s) {
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
-/* The segment goes on behind its own start; once, since there is no skin after that. */
+/* The segment goes on behind its own start, each time by twice as much, so that it comes to an
+   end. */
 SSSI_FN void sssi_walk_past(sss_resampler *s) {
     sssi_walk *w = &s->walk;
 
     w->found = w->goes_on = 0;
-    w->skip = w->distance / s->optics.unit + w->skin;
-    w->skin = 0.0f;
+    w->skip = sssi_max(w->skip, w->distance / s->optics.unit) + w->skin;
+    w->skin *= 2.0f;
 }
 
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
