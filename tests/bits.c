@@ -32,13 +32,14 @@ static sss_vec3 some_vector(uint32_t seed) {
     return v;
 }
 
-// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here.
-static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
+// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here. A walk scatters
+// where there is none.
+static void add_probe(sss_resampler *s, const sss_probe *probe, int walks, uint32_t seed) {
     int i;
     add_vector(probe->origin);
     add_vector(probe->direction);
     add(probe->length);
-    for (i = 0; i < 2; ++i) {
+    for (i = 0; i < 2 && !(walks && seed % 4u); ++i) {
         uint32_t name = sss_hash(seed, (uint32_t)i);
         float t = probe->length * sssi_unit(name);
         sss_vec3 p, n = some_vector(name);
@@ -50,20 +51,46 @@ static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
     }
 }
 
+// What an exit is worth to others: as many as fill the lanes and are left over, of one medium or of two.
+static void add_share(const sss_medium *m, const sss_exit *exit, uint32_t seed) {
+    enum { GROUP = 11 };
+    sss_entry group[GROUP];
+    sss_medium copy = *m;
+    float weight[GROUP][3], alone[3];
+    int i, c, media;
+
+    for (media = 0; media < 2; ++media) {
+        for (i = 0; i < GROUP; ++i) {
+            group[i].position = some_vector(sss_hash(seed, 50u + (uint32_t)i));
+            group[i].medium = media && i % 3 == 0 ? &copy : m;
+        }
+        sss_share(exit, group, GROUP, 4, 0.01f, weight);
+        for (i = 0; i < GROUP; ++i)
+            for (c = 0; c < 3; ++c) add(weight[i][c]);
+    }
+    add(sss_share_density(m, group[0].position, exit));
+    sss_share_weight(m, group[0].position, exit, 2.0f, alone);
+    for (c = 0; c < 3; ++c) add(alone[c]);
+}
+
 static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed) {
+    int walks = plan && plan->techniques == SSS_WALK;
     sss_resampler s;
     sss_probe probe;
     sss_exit exits[SSS_MAX_EXITS];
     sss_vec3 x = some_vector(seed), n = some_vector(seed + 1u);
     int i, c, count, probes = 0;
-    add_bits((uint32_t)sss_begin(&s, m, plan, x, n, seed));
-    while (sss_next_probe(&s, &probe)) add_probe(&s, &probe, sss_hash(seed, (uint32_t)++probes));
+    add_bits((uint32_t)sss_begin_sample(&s, m, plan, x, n, seed, seed % 5u));
+    while (sss_next_probe(&s, &probe)) add_probe(&s, &probe, walks, sss_hash(seed, (uint32_t)++probes));
     count = sss_finish(&s, exits);
     add_bits((uint32_t)count);
     for (i = 0; i < count; ++i) {
         add_vector(exits[i].position);
         add_vector(exits[i].normal);
         for (c = 0; c < 3; ++c) add(exits[i].weight[c]);
+        add_bits((uint32_t)exits[i].hit);
+        add(exits[i].mass);
+        if (seed % 8u == 0u) add_share(m, &exits[i], seed);
     }
 }
 
@@ -72,13 +99,24 @@ static void add_plans(const sss_medium *m, uint32_t seed) {
     unsigned techniques, i;
     for (techniques = 0; techniques < 16u; ++techniques) {
         for (i = 0; i < 2u * sizeof counts / sizeof *counts; ++i) {
-            sss_plan plan;
+            sss_plan plan = {0, 0, 0u, 0, 0, 0};
             plan.candidates = counts[i / 2u];
             plan.exits = (int)((techniques + i) % (SSS_MAX_EXITS + 1u));
             plan.techniques = techniques;
             plan.independent = (int)(i % 2u);
             add_lookup(m, &plan, sss_hash(seed, 16u * i + techniques));
+            if (SSS_MAX_EXITS < 3 || plan.exits > 1) continue;
+            plan.per_channel = 1;
+            add_lookup(m, &plan, sss_hash(seed, 300u + 16u * i + techniques));
         }
+    }
+    for (i = 0; i < 20u; ++i) {
+        sss_plan plan = {0, 0, 0u, 0, 0, 0};
+        plan.candidates = counts[i % 4u];
+        plan.techniques = i < 16u ? SSS_WALK : SSS_LAMBERT;
+        plan.per_channel = SSS_MAX_EXITS >= 3 && i % 2u;
+        plan.independent = (int)(i % 3u);
+        add_lookup(m, &plan, sss_hash(seed, 600u + i));
     }
     add_lookup(m, NULL, seed);
 }
@@ -95,6 +133,8 @@ static void add_medium(const sss_medium *m) {
         add(m->sigma[c]);
         add(m->flux[c]);
         add(m->fluence[c]);
+        add(m->extinction[c]);
+        add(m->similarity[c]);
         for (i = 0; i < sizeof radius / sizeof *radius; ++i) {
             add(sss_profile(m, c, radius[i]));
             add(sss_within(m, c, radius[i]));
@@ -103,18 +143,21 @@ static void add_medium(const sss_medium *m) {
     add(m->r_max);
 }
 
-static void add_advice(const sss_medium *m, float footprint, float curvature, float cost) {
+static void add_need(const sss_medium *m, float footprint, float curvature, float cost) {
     sss_need need;
     sss_plan plan;
-    unsigned advice = 0;
+
     need.footprint = footprint;
     need.curvature_radius = curvature;
     need.shading_cost = cost;
-    plan = sss_plan_for(m, &need, &advice);
+    need.tolerance = 0.2f;
+    need.hinted = cost > 0.0f;
+    plan = sss_plan_for(m, &need);
     add_bits((uint32_t)plan.candidates);
     add_bits((uint32_t)plan.exits);
     add_bits(plan.techniques);
-    add_bits(advice);
+    add_bits((uint32_t)plan.per_channel);
+    add_bits((uint32_t)plan.tile);
 }
 
 static void add_profile(int profile, const float *albedo, const float *length, float eta, uint32_t seed) {
@@ -135,8 +178,8 @@ static void add_profile(int profile, const float *albedo, const float *length, f
     add_bits((uint32_t)result);
     add_medium(&m);
     add_plans(&m, seed);
-    add_advice(&m, 0.01f, 1.0f, 10.0f);
-    add_advice(&m, 100.0f, 0.1f, 0.0f);
+    add_need(&m, 0.01f, 1.0f, 10.0f);
+    add_need(&m, 100.0f, 0.1f, 0.0f);
 }
 
 // The limits that a user may set: the greatest count works, one more is refused.
@@ -145,14 +188,13 @@ static int limits_hold(void) {
     sss_medium m;
     sss_resampler s;
     sss_probe probe;
-    sss_plan plan;
+    sss_plan plan = {0, 0, 0u, 0, 0, 0};
     sss_need need;
     sss_vec3 x = {0.0f, 0.0f, 0.0f}, n = {0.0f, 0.0f, 1.0f};
     int good = sss_burley(&m, albedo, length) == SSS_OK, probes = 0;
     plan.candidates = SSS_MAX_CANDIDATES;
     plan.exits = SSS_MAX_EXITS;
     plan.techniques = SSS_CHORD;
-    plan.independent = 0;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
     while (sss_next_probe(&s, &probe)) ++probes;
     good &= probes == SSS_MAX_CANDIDATES;
@@ -161,9 +203,14 @@ static int limits_hold(void) {
     plan.candidates = SSS_MAX_CANDIDATES;
     plan.exits = SSS_MAX_EXITS + 1;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
-    need.footprint = need.curvature_radius = 0.0f;
+    plan.exits = 1;
+    plan.per_channel = 1;
+    good &= sss_begin(&s, &m, &plan, x, n, 1u) == (SSS_MAX_EXITS < 3 ? SSS_BAD_PLAN : SSS_OK);
+    need.footprint = need.tolerance = 0.0f;
+    need.curvature_radius = 1.0f;
+    need.hinted = 0;
     need.shading_cost = 1e4f; // wants as many candidates as there can be: no more than are allowed
-    plan = sss_plan_for(&m, &need, NULL);
+    plan = sss_plan_for(&m, &need);
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
     return good && sss_result_string(SSS_BAD_PLAN)[0] != '\0';
 }

@@ -224,7 +224,9 @@ int bare(const float *albedo, const float *length, const sss_vec3 *at, sss_exit 
         sss_better_dipole_from_albedo(&m, albedo, length, 1.3f) != SSS_OK)
         return 0;
     need.footprint = need.curvature_radius = need.shading_cost = sss_within(&m, 0, sss_profile(&m, 1, 1.0f));
-    plan = sss_plan_for(&m, &need, 0);
+    need.tolerance = need.footprint;
+    need.hinted = 1;
+    plan = sss_plan_for(&m, &need);
     if (sss_begin(&s, &m, &plan, at[0], at[1], 1u) != SSS_OK) return 0;
     while (sss_next_probe(&s, &probe)) sss_add_hit(&s, probe.origin, probe.direction, sss_intensity(&s, at[0], at[1]));
     return sss_finish(&s, exits);
@@ -242,7 +244,8 @@ kernel void lookup(global const sss_medium *media, global const sss_vec3 *points
     sss_resampler s;
     sss_probe probe;
     sss_exit exits[SSS_MAX_EXITS];
-    unsigned advice;
+    sss_entry group[3];
+    float weight[3][3];
     int k, count;
     sss_result result = sss_burley(&own, albedo, length);
     if (result == SSS_OK) result = sss_burley_mfp(&own, albedo, length);
@@ -250,12 +253,20 @@ kernel void lookup(global const sss_medium *media, global const sss_vec3 *points
     if (result == SSS_OK) result = sss_better_dipole(&own, albedo, length, 1.3f);
     if (result == SSS_OK) result = sss_dipole_from_albedo(&own, albedo, length, 1.3f);
     if (result == SSS_OK) result = sss_better_dipole_from_albedo(&own, albedo, length, 1.3f);
-    need.footprint = need.curvature_radius = need.shading_cost = 1.0f;
-    plan = sss_plan_for(&own, &need, &advice);
-    if (sss_begin(&s, &m, &plan, points[0], points[1], sss_hash((uint)i, advice)) != SSS_OK) return;
+    need.footprint = need.curvature_radius = need.shading_cost = need.tolerance = 1.0f;
+    need.hinted = 0;
+    plan = sss_plan_for(&own, &need);
+    if (sss_begin_sample(&s, &m, &plan, points[0], points[1], sss_hash((uint)i, SSS_VERSION), 7u) != SSS_OK) return;
     while (sss_next_probe(&s, &probe)) sss_add_hit(&s, probe.origin, probe.direction, probe.length);
     count = sss_finish(&s, exits);
     for (k = 0; k < count; ++k) out[k] = exits[k];
+    for (k = 0; k < 3; ++k) {
+        group[k].position = points[k];
+        group[k].medium = &own;
+    }
+    sss_share(&exits[0], group, 3, sss_is_shared(&own, 0, 0.1f), 0.1f, weight);
+    sss_share_weight(&own, points[0], &exits[0], sss_share_density(&own, points[0], &exits[0]), weight[1]);
+    numbers[3] = weight[0][0] + weight[1][0];
     numbers[0] = sss_profile(&m, 0, 1.0f) + sss_within(&own, 1, 2.0f);
     numbers[2] = sss_intensity(&s, points[0], points[1]);
     numbers[1] = (float)sss_result_string(result)[0];

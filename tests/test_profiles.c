@@ -582,7 +582,7 @@ static double proposal_ratio(const sss_medium *m) {
         double ratio;
         if (m->dipole) exponent = m->sigma[0] * sqrtf(r * r + m->zv[0] * m->zv[0]);
         if (exponent > 69.0f) break;
-        ratio = (double)sssi_profile_unit(m, m->dipole, 0, r * r) / (double)sssi_proposal(m, m->dipole, 0, r * r);
+        ratio = (double)sssi_unit_profile(m, m->dipole, 0, r * r) / (double)sssi_proposal(m, m->dipole, 0, r * r);
         if (!(ratio <= worst)) worst = ratio;
     }
     return worst;
