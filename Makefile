@@ -7,7 +7,7 @@ EXACT    := -ffp-contract=off -fno-math-errno -fno-trapping-math
 FONT     ?= /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 CFLAGS   ?= -O3 -march=native
 DEMO_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I.
-TEST_C   := $(CC) -std=c99 -O2 $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
+TEST_C   := $(CC) -std=c99 $(CFLAGS) $(EXACT) $(STRICT) -fopenmp -I. -Itests -DDATA_DIR='"tests/data"'
 CL_C     := -Ibuild cl/sss_cl.c
 COMMON   := $(wildcard demos/common/*.h) sss_resample.h
 STUDY    := $(wildcard demos/study/*.h) $(COMMON)
@@ -15,18 +15,23 @@ CL       := cl/sss_cl.c cl/sss_cl.h build/sss_cl_source.h build/tracer_cl_source
 WINDOW   := -lglfw -ldl
 PREFIX   ?= /usr/local
 
-PACKAGES := gcc g++ clang libc6-dev libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
+PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-core gnuplot-nox ocl-icd-opencl-dev \
     pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc libembree-dev libassimp-dev \
     assimp-testmodels
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
-    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium
+    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
 DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
-TESTS     = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(wildcard tests/test_*.c)))
+# The promises of the library come first. T=contract selects tests/test_contract.c or .sh, T="mesh render" several.
+FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
+SOURCES   = $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
+PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
+EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
+TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
+TOOLS    := build/tools/pfm build/tools/pixels
 CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
-SCRIPTS  := $(wildcard tests/test_*.sh)
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
@@ -37,8 +42,8 @@ help:
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make pictures      make the pictures of the README anew'
-	@echo 'make test          build and run all tests'
-	@echo 'make test-long     the same tests with exhaustive sweeps, and another processor (make setup-long first)'
+	@echo 'make test          build and run the tests, in two minutes; T=contract runs that one alone'
+	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
 	@echo 'make fuzz          hostile bytes for FUZZ_MINUTES (1), under sanitizers (make setup-long first)'
@@ -50,7 +55,7 @@ help:
 	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
 	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
 	@echo 'make all           build every program into build/'
-	@echo 'make install       copy the header to PREFIX/include ($(PREFIX))'
+	@echo 'make install       the header to PREFIX/include ($(PREFIX)), and what CMake and pkg-config find it by'
 	@echo 'make clean         remove build/'
 
 # Only what is missing is installed, so that a second run takes no time.
@@ -110,6 +115,10 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h tests/layout.h $(COMMON)
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
+build/tools/%: tests/tools/%.c
+	@mkdir -p $(@D)
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L -O1 $(STRICT) $< -o $@ $(if $(filter %/x11,$@),-lX11,-lstb) -lm
+
 # The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
 build/fuzz: SANITIZERS := address,undefined,float-divide-by-zero,float-cast-overflow
 build/fuzz_memory: SANITIZERS := memory
@@ -162,17 +171,22 @@ tutorial:
 tutorial-html: | build
 	tutorial/page.sh > build/tutorial.html || { rm -f build/tutorial.html; exit 1; }
 
-# Built on all cores first: with -j on the whole, `make setup test` would not wait for setup.
+# All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
+# Each test has one core, and tests run side by side. What they have measured is kept in build/logs.
+NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS)) $(filter build/%,$(TESTS))
 test test-long:
-	@$(MAKE) --no-print-directory -j $$(nproc) all $(TESTS)
-	@BUILD=build LONG=$(if $(filter test-long,$@),1) tests/run.sh $(TESTS) $(SCRIPTS)
+	@[ "$(TESTS)" ] || { echo 'make $@: there is no test of the name $(T)'; exit 2; }
+	@failed=; $(MAKE) --no-print-directory -k -j $$(nproc) $(NEEDED) || failed=1; \
+	BUILD=build OMP_NUM_THREADS=1 prove -j $$(nproc) --directives --failures --comments -e tests/run.sh \
+	    $(TESTS) $(if $(filter test-long,$@),:: --long) || failed=1; \
+	[ -z "$$failed" ] || { echo 'make $@: not all could be built and passed'; exit 1; }
 
 test-table:
 	@BUILD=build tests/table.sh
 
 # A crash is kept as build/crash-*.
 fuzz:
-	LONG=1 FUZZ_SECONDS=$$(($(FUZZ_MINUTES) * 60)) bash tests/test_sanitize.sh
+	FUZZ_SECONDS=$$(($(FUZZ_MINUTES) * 60)) bash tests/long/test_sanitize.sh
 
 coverage:
 	@bash tests/coverage.sh
@@ -180,8 +194,15 @@ coverage:
 test-mutants: test
 	@BUILD=build bash tests/mutants.sh
 
-install:
-	install -D -m 644 sss_resample.h $(DESTDIR)$(PREFIX)/include/sss_resample.h
+# The header, and what lets CMake and pkg-config find it; CMakeLists.txt installs the same.
+VERSION   = $(shell sed -n '1s/.* v\([0-9.]*\) .*/\1/p' sss_resample.h)
+SHARE     = $(DESTDIR)$(PREFIX)/share
+install: | build
+	@for file in sss_resample.pc sss_resampleConfigVersion.cmake; do \
+	    sed 's/@VERSION@/$(VERSION)/' cmake/$$file.in > build/$$file || exit 1; done
+	install -D -m 644 -t "$(DESTDIR)$(PREFIX)/include" sss_resample.h
+	install -D -m 644 -t "$(SHARE)/pkgconfig" build/sss_resample.pc
+	install -D -m 644 -t "$(SHARE)/cmake/sss_resample" cmake/sss_resampleConfig.cmake build/sss_resampleConfigVersion.cmake
 
 clean:
 	rm -rf build

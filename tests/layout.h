@@ -8,15 +8,21 @@
 #define LAYOUT_H
 
 // clang-format off
-#define LAYOUT_LIBRARY(SIZE, FIELD)                                                                      \
-    SIZE(sss_vec3) FIELD(sss_vec3, x) FIELD(sss_vec3, y) FIELD(sss_vec3, z)                                  \
-    SIZE(sss_medium) FIELD(sss_medium, dipole) FIELD(sss_medium, albedo) FIELD(sss_medium, length)           \
-    FIELD(sss_medium, zv) FIELD(sss_medium, sigma) FIELD(sss_medium, flux) FIELD(sss_medium, fluence)        \
-    FIELD(sss_medium, r_max)                                                                                 \
-    SIZE(sss_plan) FIELD(sss_plan, candidates) FIELD(sss_plan, exits) FIELD(sss_plan, techniques)            \
-    FIELD(sss_plan, independent)                                                                             \
-    SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction) FIELD(sss_probe, length)            \
-    SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)
+#define LAYOUT_LIBRARY(SIZE, FIELD)                                                               \
+    SIZE(sss_vec3) FIELD(sss_vec3, x) FIELD(sss_vec3, y) FIELD(sss_vec3, z)                       \
+    SIZE(sss_medium) FIELD(sss_medium, dipole) FIELD(sss_medium, albedo)                          \
+    FIELD(sss_medium, length) FIELD(sss_medium, zv) FIELD(sss_medium, sigma)                      \
+    FIELD(sss_medium, flux) FIELD(sss_medium, fluence) FIELD(sss_medium, r_max)                   \
+    FIELD(sss_medium, extinction) FIELD(sss_medium, similarity)                                   \
+    SIZE(sss_plan) FIELD(sss_plan, candidates) FIELD(sss_plan, exits)                             \
+    FIELD(sss_plan, techniques) FIELD(sss_plan, independent) FIELD(sss_plan, per_channel)         \
+    FIELD(sss_plan, tile)                                                                         \
+    SIZE(sss_need) FIELD(sss_need, footprint) FIELD(sss_need, curvature_radius)                   \
+    FIELD(sss_need, shading_cost) FIELD(sss_need, tolerance) FIELD(sss_need, hinted)              \
+    SIZE(sss_probe) FIELD(sss_probe, origin) FIELD(sss_probe, direction)                          \
+    FIELD(sss_probe, length)                                                                      \
+    SIZE(sss_exit) FIELD(sss_exit, position) FIELD(sss_exit, normal) FIELD(sss_exit, weight)      \
+    FIELD(sss_exit, hit) FIELD(sss_exit, mass)
 
 #define LAYOUT_TRACER(SIZE, FIELD)                                                                       \
     SIZE(scene_shape) FIELD(scene_shape, kind) FIELD(scene_shape, rounding) FIELD(scene_shape, area)         \

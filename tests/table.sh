@@ -9,11 +9,12 @@ page=tests/README.md logs=${BUILD:-build}/logs missing=0
 while read -r file functions; do
     log=$logs/test_${file%:}.log
     for function in $functions; do
-        grep -qx "\[       OK \] $function" "$log" 2>/dev/null || { echo "$file $function has not passed"; missing=1; }
+        grep -qE "^ok [0-9]+ - $function\$" "$log" 2>/dev/null || { echo "$file $function has not passed"; missing=1; }
     done
 done < <(grep -o '`[a-z_]*: [a-z_0-9 ]*`' "$page" | tr -d '`' | sort -u)
 for script in $(grep -o '`[a-z_]*\.sh`' "$page" | tr -d '`' | sort -u); do
-    [ "$(cut -d' ' -f2 "$logs/test_$script.count" 2>/dev/null)" = 0 ] || { echo "$script has not passed"; missing=1; }
+    log=$logs/test_$script.log
+    grep -qE '^1\.\.[1-9]' "$log" 2>/dev/null && ! grep -q '^not ok' "$log" || { echo "$script has not passed"; missing=1; }
 done
 [ $missing = 0 ] || exit 1
 
@@ -24,15 +25,21 @@ figures() {
     while read -r file functions; do
         file=${file%:}
         for function in $functions; do
-            sed -n "/^\[ RUN      \] $function\$/,/^\[       OK \] $function\$/p" "$logs/test_$file.log" | sed '1d;$d'
+            awk -v name=" - $function" '/^(ok |not ok |1\.\.)/ { if ($0 ~ name "$") printf "%s", text; text = ""; next }
+                { text = text $0 "\n" }' "$logs/test_$file.log"
         done
         [ "${told[$file]:-}" ] || grep -h '^[0-9]* z-scores' "$logs/test_$file.log"
         told[$file]=1
     done < <(grep -o '`[a-z_]*: [a-z_0-9 ]*`' <<<"$1" | tr -d '`')
     for file in $(grep -o '`[a-z_]*\.sh`' <<<"$1" | tr -d '`'); do
         awk '/^    / && / z -?[0-9]/ { sub(/.* z /, ""); z = $0 < 0 ? -$0 : $0 + 0; n++; if (z > worst) worst = z; next }
-             /^    / && !/^    ok/ || /passed, / { print }
-             END { if (n) printf "%d z-scores, worst %.2f\n", n, worst }' "$logs/test_$file.log"
+             /^    / { print }
+             /^ok / { passed++ }
+             / # SKIP / { skipped++ }
+             END {
+                 if (n) printf "%d z-scores, worst %.2f\n", n, worst
+                 printf "%d passed, %d skipped\n", passed - skipped, skipped
+             }' "$logs/test_$file.log"
     done
 }
 # One line of them, without where the worst cases were.

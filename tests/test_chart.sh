@@ -3,31 +3,21 @@
 # goes on where it was interrupted; the charts are drawn. Its timings say nothing and are not looked at. Run from the
 # top of the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
 set -u
-build=${BUILD:-build}
 . tests/check.sh
-
-chart=$(cd "$build" 2>/dev/null && pwd)/chart
-model=$(cd "$build" 2>/dev/null && pwd)/model
+chart=$build/chart
+model=$build/model
 needs "$chart" "$model"
 csv=$work/chart.csv
 
-check_options() {
-    local program
-    for program in "$chart" "$model"; do
-        check "$(basename "$program") --help" sh -c "'$program' --help | grep -q '^usage: '"
-        check "$(basename "$program") refuses --nonsense" refuses 2 "$program" --nonsense
-    done
-    check "chart refuses a word" refuses 2 "$chart" nonsense
-    check "chart refuses --csv without a file" refuses 2 "$chart" --csv
-    check "chart refuses a file in no directory" refuses 2 "$chart" --quick --csv no/such/directory/x.csv
+whole_run() { "$chart" --quick --csv "$csv"; }
+
+leaves_another_machine() {
+    echo "# chart full, CPU time on another machine" >"$work/other" && cp "$work/other" "$work/other_before"
+    refuses 2 "$chart" --quick --csv other && cmp "$work/other" "$work/other_before"
+}
+refuses_another_kind() {
     echo "this is no chart" >"$work/text"
-    check "chart refuses another kind of file" refuses 2 "$chart" --quick --csv text
-    echo "# chart full, CPU time on another machine" >"$work/other"
-    check "chart refuses rows of another machine" refuses 2 "$chart" --quick --csv other
-    check "chart leaves them as they were" test "$(cat "$work/other")" = "# chart full, CPU time on another machine"
-    check "model refuses to go without files" refuses 2 "$model"
-    check "model refuses a searchlight that is not there" refuses 2 "$model" --quick no/such/file x
-    check "model refuses a searchlight without one" refuses 2 "$model" --quick text x
+    refuses 2 "$chart" --quick --csv text && refuses 2 "$model" --quick text x
 }
 
 # ---- Rows. Interrupted after about a third, with a row torn in the middle.
@@ -148,17 +138,25 @@ advice_follows_the_walk() {
         END { exit bad || n != 39 || advised < 10 || advised > 29 }' "$work/chart-volume.dat"
 }
 
-check_options
-check "interrupted: exit code 130, the finished rows are kept" interrupted_run
-check "resumed: a torn row is cut off, the others stay" resumed_run
-check "a third run has nothing to do" nothing_left_to_do
+check "chart --help" sh -c "'$chart' --help | grep -q '^usage: '"
+check "model --help" sh -c "'$model' --help | grep -q '^usage: '"
+check "all rows are measured" whole_run
 check "rows are complete and finite" rows_are_complete
 check "unbiased methods agree with brute force" means_agree
-sed 's/^/    /' "$work/out"
-if command -v gnuplot >/dev/null; then
+figures
+if have gnuplot; then
     check "the charts are drawn" charts_are_drawn
     check "a volume is advised where balls need one" advice_follows_the_walk
 else
     skip "the charts are drawn" "gnuplot is not here: make setup"
 fi
+
+only_long_from_here
+check "another machine's rows are refused, and stay as they were" leaves_another_machine
+check "another kind of file is refused" refuses_another_kind
+rm "$csv"
+check "interrupted: exit code 130, the finished rows are kept" interrupted_run
+check "resumed: a torn row is cut off, the others stay" resumed_run
+check "a third run has nothing to do" nothing_left_to_do
+check "rows are complete and finite again" rows_are_complete
 finish

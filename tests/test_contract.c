@@ -262,7 +262,7 @@ static void check_case(const contract_case *k, int index) {
     int c, blocks;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index, PILOT / BLOCK, pilot);
     for (c = 0; c < 3; ++c)
-        if (k->truth[c] > 0.0) need = fmax(need, st_variance(&pilot[c]) / pow(TARGET_ERROR * k->truth[c], 2.0));
+        if (k->truth[c] > 0.0) need = fmax(need, st_variance(&pilot[c]) / pow(st_bluntness() * TARGET_ERROR * k->truth[c], 2.0));
     blocks = (int)(fmin(need, MOST) / BLOCK) + 1;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index + 1u, blocks, total);
     for (c = 0; c < 3; ++c) {

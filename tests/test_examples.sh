@@ -22,7 +22,7 @@ for example in all_hits closest_hit wavefront; do
     check "$example runs" runs $example
     check "$example has the slab's integral" agrees $example
     check "$example has the digits of all_hits" same $example
-    if command -v clang >/dev/null; then check "$example compiles, clang" also_compiles $example "clang -std=c99"
+    if have clang; then check "$example compiles, clang" also_compiles $example "clang -std=c99"
     else skip "$example compiles, clang" "there is no clang"; fi
     check "$example compiles as C++" also_compiles $example "g++ -std=c++11 -x c++"
 done

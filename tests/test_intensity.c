@@ -192,7 +192,7 @@ static void check_config(const config *k, uint32_t name) {
     sss_resampler s;
     sss_vec3 x, n;
     double expected[PLACES];
-    uint32_t lookups = PROBES / BLOCKS / (uint32_t)k->candidates;
+    uint32_t lookups = (uint32_t)(st_samples(PROBES) / BLOCKS / k->candidates);
     int b, i;
     /* Far from the origin rounded positions would fall on the entry itself, where the intensity has a pole.
      */

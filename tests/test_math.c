@@ -377,7 +377,6 @@ int main(int count, char **words) {
         cmocka_unit_test(test_normalize),
         cmocka_unit_test(test_normalize_refuses),
     };
-    const char *wish = getenv("SSS_TEST_LONG");
-    exhaustive = (count > 1 && strcmp(words[1], "--long") == 0) || (wish && strcmp(wish, "1") == 0);
+    exhaustive = (count > 1 && strcmp(words[1], "--long") == 0);
     return cmocka_run_group_tests_name("mathematics", tests, NULL, NULL);
 }

@@ -89,7 +89,7 @@ static void stratified_and_independent_agree(void **state) {
 /* ---- No bias: counts that fall to zero, strata that are no power of two, exits that share the probes ----
  */
 static void no_bias(const st_fixture *f, const sss_medium *m, const sss_plan *plan, double truth, uint32_t name) {
-    sample got = run(f, m, plan, st_light_one, name, 4000000 / (plan->candidates + 1));
+    sample got = run(f, m, plan, st_light_one, name, st_samples(4000000) / (plan->candidates + 1));
     char text[160];
     name_case(text, sizeof text, plan, f, "mean");
     check_z(text, got.value.mean, st_error(&got.value), truth, 2e-5 * truth, Z_LIMIT);

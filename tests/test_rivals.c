@@ -31,7 +31,7 @@ static void walk_rings(const scene *s, const walk_medium *m, rivals_entry at, co
     for (int b = 0; b < blocks; ++b) {
         for (int i = 0; i < BLOCK; ++i) {
             tracer_random random = tracer_random_begin(TEST_SEED, 5u, (uint32_t)(b * BLOCK + i));
-            walk_exit exit;
+            walk_exit exit = {0};
             double r = -1.0;
             if (walk_lookup(s, m, at.position, at.normal, at.shape, &random, &exit)) {
                 sss_vec3 way = scene_sub(exit.position, at.position);

@@ -4,6 +4,8 @@
 set -u
 . tests/check.sh
 . tutorial/chapters.sh
+pixels=$build/tools/pixels
+needs "$pixels"
 mkdir -p build
 slugs=$(chapters)
 strict="-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
@@ -26,30 +28,6 @@ run_all() {
     wait
 }
 
-write_compare() {
-    cat >"$work/compare.c" <<'END'
-// compare A.png B.png: how many of a million bytes differ, and by how much the worst of them does.
-#include <stdio.h>
-#include <stdlib.h>
-#include <stb/stb_image.h>
-int main(int argc, char **argv) {
-    int aw, ah, bw, bh, of, worst = 0;
-    unsigned char *a = argc == 3 ? stbi_load(argv[1], &aw, &ah, &of, 3) : NULL;
-    unsigned char *b = a ? stbi_load(argv[2], &bw, &bh, &of, 3) : NULL;
-    double count = 0;
-    if (!b || aw != bw || ah != bh) return 1;
-    for (int i = 0; i < 3 * aw * ah; i++) {
-        int d = abs(a[i] - b[i]);
-        count += d > 0;
-        if (d > worst) worst = d;
-    }
-    printf("%.0f %d\n", 1e6 * count / (3.0 * aw * ah), worst);
-    return 0;
-}
-END
-    cc -O1 "$work/compare.c" -o "$work/compare" -lstb -lm
-}
-
 ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")" = 0 ]; }
 
 # All decisions that random numbers make are in double precision, where another libm's last bit turns one in 1e16 of
@@ -57,7 +35,7 @@ ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")"
 # float: its expf and powf, some ulps and so 1e-6 apart, move a byte by 1, and no more than 255 times 1e-6 of them.
 same_figure() {
     local differ worst
-    read -r differ worst < <("$work/compare" "build/$1.png" "tutorial/$1/figure.png") || return 1
+    read -r differ worst < <("$pixels" bytes "build/$1.png" "tutorial/$1/figure.png") || return 1
     echo "$differ of a million bytes differ, by $worst at most; 255 may, by 1. make tutorial draws the figures anew"
     [ "$differ" -le 255 ] && [ "$worst" -le 1 ]
 }
@@ -164,14 +142,7 @@ page_needs_no_network() {
 # The page in a frame of that width: nothing sticks out, all pictures and formulas have a size, the list of chapters
 # is there.
 page_fits() {
-    cat >"$work/frame.html" <<END
-<body style="margin:0"><iframe src="page.html" style="width:$1px;height:900px;border:0" onload="
-    var d = this.contentDocument, e = d.documentElement, flat = 0;
-    d.querySelectorAll('img, math').forEach(function (x) { flat += !(x.getBoundingClientRect().height > 4); });
-    document.body.setAttribute('data-result', [e.clientWidth, e.scrollWidth, flat,
-        d.querySelectorAll('nav a').length, d.querySelector('nav').getBoundingClientRect().width > 100].join(' '));
-"></iframe></body>
-END
+    sed "s/WIDTH/$1/" tests/tools/frame.html >"$work/frame.html"
     mkdir "$work/profile-$1"
     timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
         --disable-background-networking --disable-component-update --disable-sync --allow-file-access-from-files \
@@ -190,34 +161,31 @@ check "titles, captions and links follow the table of contents" in_order
 check "every marked listing is shown" listings_are_shown
 check "links lead somewhere" links_lead_somewhere
 check "formulas within a line survive Markdown" plain_formulas
-check "the tool of this test compiles" write_compare
 run_all ""
 for slug in $slugs; do check_chapter "$slug" ""; done
+
+only_long_from_here
 check "commands of exercises run" exercises_run
 check "no warnings" warning_free
 check "refused: no file" refuses 2 "$PWD/build/lambert"
 check "refused: two files" refuses 2 "$PWD/build/area" a.png b.png
 check "refused: a file in no folder" refuses 2 "$PWD/build/least" no/such/folder/x.png
 # Another compiler, no optimisation, and what libm does on a processor without fused operations.
-if [ -n "${LONG:-}" ]; then
-    run_all "s/^cc /clang /"
-    for slug in $slugs; do check_chapter "$slug" "clang, "; done
-    run_all "s/^cc /gcc /; s/ -O[0-9] / -O0 /"
-    for slug in $slugs; do check_chapter "$slug" "gcc -O0, "; done
-    run_all "s|^build/|GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4 build/|"
-    for slug in $slugs; do check_chapter "$slug" "another libm, "; done
-fi
-if command -v pandoc >/dev/null; then
+run_all "s/^cc /clang /"
+for slug in $slugs; do check_chapter "$slug" "clang, "; done
+run_all "s/^cc /gcc /; s/ -O[0-9] / -O0 /"
+for slug in $slugs; do check_chapter "$slug" "gcc -O0, "; done
+run_all "s|^build/|GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4 build/|"
+for slug in $slugs; do check_chapter "$slug" "another libm, "; done
+if have pandoc; then
     check "the page builds, with all formulas, figures and links" page_builds
     check "the page needs no network" page_needs_no_network
-else
-    skip "the page builds" "pandoc is not here: make setup"
-fi
-if [ -n "${LONG:-}" ] && command -v pandoc >/dev/null; then
-    if command -v chromium >/dev/null; then
+    if have chromium; then
         for width in 390 1400; do check "the page fits $width pixels in Chromium" page_fits $width; done
     else
         skip "the page fits a telephone" "chromium is not here: make setup-long"
     fi
+else
+    skip "the page builds" "pandoc is not here: make setup"
 fi
 finish

@@ -1,115 +1,18 @@
 #!/bin/bash
-# exit_points and noise: options, pictures without a display, and real windows on a display of this test's own, driven
-# by keys and mouse. The programs are built here with AddressSanitizer, which looks for leaks when they end. Run from the
-# top of the repository after `make all`, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
+# exit_points and noise: pictures without a display, and real windows on a display of this test's own, driven by keys
+# and mouse. In the long run the programs are built here with AddressSanitizer, which looks for leaks when they end. Run
+# from the top of the repository after `make all`. SPDX-License-Identifier: MIT
 set -u
-build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
 . tests/check.sh
-export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl} # nothing goes into a home directory
+pixels=$build/tools/pixels
+needs "$build/exit_points" "$build/noise" "$pixels"
+programs=$build # where those are that are looked at: later the ones with AddressSanitizer
 
-needs "$build/exit_points" "$build/noise"
-
-# ---- Tools
-
-# pixels differ A B X Y W H: how many of 10000 pixels of a rectangle differ by more than 24 of 255 in some channel.
-# pixels bright A X Y W H: how many pixels of it are nearly white. pixels size A: its size. pixels extent A X Y W H: where
-# in the rectangle pixels differ from its first one, as X0 Y0 X1 Y1. Reads PNG, and the screen as Xvfb keeps it in a file
-# (XWD: a header of big endian words, then rows of blue, green, red, unused).
-write_tools() {
-    cat >"$work/pixels.c" <<'END'
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <stb/stb_image.h>
-typedef struct { int w, h; unsigned char *rgb; } picture;
-static unsigned word(const unsigned char *b, int i) {
-    return (unsigned)b[4 * i] << 24 | (unsigned)b[4 * i + 1] << 16 | (unsigned)b[4 * i + 2] << 8 | b[4 * i + 3];
-}
-static picture load(const char *path) {
-    picture p = {0, 0, NULL};
-    int channels, i;
-    static unsigned char b[1 << 24];
-    FILE *f;
-    if (strstr(path, ".png")) {
-        p.rgb = stbi_load(path, &p.w, &p.h, &channels, 3);
-    } else if ((f = fopen(path, "rb")) && fread(b, 1, sizeof b, f) > 100) {
-        const unsigned char *rows = b + word(b, 0) + 12 * word(b, 19);
-        p.w = (int)word(b, 4), p.h = (int)word(b, 5);
-        p.rgb = malloc((size_t)p.w * p.h * 3);
-        for (i = 0; i < p.w * p.h; i++) {
-            const unsigned char *from = rows + (size_t)(i / p.w) * word(b, 12) + 4 * (i % p.w);
-            p.rgb[3 * i] = from[2], p.rgb[3 * i + 1] = from[1], p.rgb[3 * i + 2] = from[0];
-        }
-    }
-    if (!p.rgb) fprintf(stderr, "cannot read %s\n", path), exit(2);
-    return p;
-}
-int main(int count, char **words) {
-    picture a = load(words[2]), b;
-    int from = words[1][0] == 'd' ? 4 : 3, x, y, c, n = 0, at[4], left = 1 << 20, top = 1 << 20, right = -1, bottom = -1;
-    if (words[1][0] == 's') return printf("%dx%d\n", a.w, a.h) < 0;
-    b = from == 4 ? load(words[3]) : a;
-    for (c = 0; c < 4; c++) at[c] = from + c < count ? atoi(words[from + c]) : c == 2 ? a.w : c == 3 ? a.h : 0;
-    if (at[0] + at[2] > a.w || at[1] + at[3] > a.h || at[0] + at[2] > b.w || at[1] + at[3] > b.h) return puts("10000"), 0;
-    for (y = at[1]; y < at[1] + at[3]; y++) {
-        for (x = at[0]; x < at[0] + at[2]; x++) {
-            int differs = 0, bright = 1, origin = at[1] * a.w + at[0], like = words[1][0] == 'e' ? origin : y * b.w + x;
-            for (c = 0; c < 3; c++) {
-                int v = a.rgb[3 * (y * a.w + x) + c], d = v - b.rgb[3 * like + c];
-                differs |= d > 24 || d < -24;
-                bright &= v > 180;
-            }
-            n += from == 4 ? differs : bright;
-            if (!differs) continue;
-            if (x < left) left = x;
-            if (y < top) top = y;
-            if (x > right) right = x;
-            if (y > bottom) bottom = y;
-        }
-    }
-    if (words[1][0] == 'e') return printf("%d %d %d %d\n", left, top, right, bottom) < 0;
-    printf("%d\n", from == 4 ? (int)(1e4 * n / ((double)at[2] * at[3]) + 0.5) : n);
-    return 0;
-}
-END
-    # x11 density DPI: what a desktop sets for its screens. x11 close WINDOW: what its close button sends.
-    cat >"$work/x11.c" <<'END'
-#include <stdlib.h>
-#include <stdio.h>
-#include <string.h>
-#include <X11/Xlib.h>
-#include <X11/Xatom.h>
-int main(int count, char **words) {
-    Display *d = XOpenDisplay(NULL);
-    char text[64];
-    XEvent e;
-    if (!d || count != 3) return 1;
-    if (words[1][0] == 'd') {
-        snprintf(text, sizeof text, "Xft.dpi:\t%s\n", words[2]);
-        XChangeProperty(d, DefaultRootWindow(d), XA_RESOURCE_MANAGER, XA_STRING, 8, PropModeReplace,
-                        (unsigned char *)text, (int)strlen(text));
-    } else {
-        memset(&e, 0, sizeof e);
-        e.xclient.type = ClientMessage;
-        e.xclient.window = strtoul(words[2], NULL, 0);
-        e.xclient.message_type = XInternAtom(d, "WM_PROTOCOLS", False);
-        e.xclient.format = 32;
-        e.xclient.data.l[0] = (long)XInternAtom(d, "WM_DELETE_WINDOW", False);
-        XSendEvent(d, e.xclient.window, False, NoEventMask, &e);
-    }
-    return XCloseDisplay(d);
-}
-END
-    gcc -O1 "$work/pixels.c" -o "$work/pixels" -lstb -lm && gcc -O1 "$work/x11.c" -o "$work/x11" -lX11 && return
-    echo "not ok the tools of this test compile"
-    failed=1
-    finish
-}
+# ---- The programs with AddressSanitizer
 
 # The libraries of others that keep memory to the end. They must stay loaded for their names to be known then.
 write_suppressions() {
     printf 'leak:%s\n' libGLX_mesa swrast_dri libOSMesa libOpenCL libpocl libLLVM >"$work/leaks"
-    echo 'int dlclose(void *library) { return library == 0; }' >"$work/dlclose.c"
     export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
     export ASAN_OPTIONS=use_sigaltstack=0:exitcode=99 # PoCL gives its threads a signal stack of their own
 }
@@ -117,20 +20,11 @@ write_suppressions() {
 checked="gcc -std=c99 -O1 -g1 -fsanitize=address -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp -I.
     -I$build"
 build_checked() {
-    $checked demos/exit_points.c "$work/dlclose.c" -o "$work/exit_points" -lglfw -ldl -lstb -lm &&
-        $checked demos/noise.c cl/sss_cl.c "$work/dlclose.c" -o "$work/noise" -lglfw -ldl -lOpenCL -lstb -lm
+    $checked demos/exit_points.c tests/tools/keep_loaded.c -o "$work/exit_points" -lglfw -ldl -lstb -lm &&
+        $checked demos/noise.c cl/sss_cl.c tests/tools/keep_loaded.c -o "$work/noise" -lglfw -ldl -lOpenCL -lstb -lm
 }
-is_built() { wait $builder || { cat "$work/build.log" && return 1; }; }
 
 # ---- Options
-
-help_works() {
-    "$build/$1" --help >"$work/help" 2>"$work/error" && [ ! -s "$work/error" ] || return 1
-    local option
-    for option in scene profile candidates seed size png headless help ${2//,/ }; do
-        grep -q -- "--$option" "$work/help" || { echo "--help says nothing of --$option" && return 1; }
-    done
-}
 
 no_display() { refuses 3 env -u DISPLAY -u WAYLAND_DISPLAY "$build/$1" && grep -q -- "--headless" "$work/error"; }
 
@@ -139,72 +33,30 @@ no_mesa() {
         refuses 3 "$work/blind" --headless --png x.png && grep -q libosmesa6 "$work/error"
 }
 
-check_options() {
-    check "exit_points --help" help_works exit_points dmfp-scale,techniques,turn,still,probes
-    check "noise --help" help_works noise light-aware,same-time,device,against,spp,reference
-    local program words
-    while IFS= read -r words; do
-        for program in exit_points noise; do
-            check "$program, refused: $words" refuses 2 "$build/$program" --headless $words
-        done
-    done <<'END'
---nonsense
-nonsense
---scene
---scene nowhere
---profile none
---candidates 0
---candidates 257
---seed -1
---size 24
---size 0x24
---png no/such/directory/x.png
-END
-    check "exit_points, refused: --dmfp-scale 0" refuses 2 "$build/exit_points" --headless --dmfp-scale 0
-    check "exit_points, refused: --techniques all" refuses 2 "$build/exit_points" --headless --techniques all
-    check "exit_points, refused: --turn left" refuses 2 "$build/exit_points" --headless --turn left
-    check "noise, refused: --device gpu" refuses 2 "$build/noise" --headless --device gpu
-    check "noise, refused: --spp 0" refuses 2 "$build/noise" --headless --spp 0
-    check "noise, refused: --against none.pfm" refuses 2 "$build/noise" --headless --against none.pfm
-    for program in exit_points noise; do check "$program without a display: one clear line" no_display $program; done
-    check "without OSMesa: one clear line" no_mesa
-}
-
 # ---- Pictures without a display
 
 # At most this many of 10000 pixels may differ by more than 24 of 255. The content is the same bits everywhere: what may
 # differ is the edges of glyphs and lines by another OpenGL's rounding, and the digits of the seconds that noise shows.
 LIMIT=60
 
-small_exit_points() { timeout 60 "$work/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"; }
-small_noise() { timeout 60 "$work/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"; }
+small_exit_points() { timeout 60 "$programs/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"; }
+small_noise() { timeout 60 "$programs/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"; }
 
 # as_committed NAME X Y W H: one part of the picture, so that what is small in the whole counts. `make test-pictures`
 # makes the committed pictures anew.
 as_committed() {
     local name=$1 differ
     shift
-    differ=$("$work/pixels" differ "$work/$name.png" "tests/data/$name.png" "$@") || return 1
+    differ=$("$pixels" differ "$work/$name.png" "tests/data/$name.png" "$@") || return 1
     echo "$differ of 10000 pixels differ, the limit is $LIMIT"
     [ "$differ" -le $LIMIT ]
 }
 
 check_pictures() {
-    small_exit_points again 1 >/dev/null &
-    local again=$!
-    small_exit_points other 2 >/dev/null &
-    local other=$!
     check "exit_points draws without a display" small_exit_points exit_points 1
     check "exit_points: the committed points" as_committed exit_points 19 55 455 113
     check "exit_points: the committed histograms" as_committed exit_points 19 188 455 47
     check "exit_points: the committed texts" as_committed exit_points
-    check "exit_points: the same picture twice" repeats
-    check "exit_points: another seed, another picture" other_seed
-    check "a write that fails keeps what was there" keeps_what_was
-    check "a full device: one clear line" full_device
-    for size in "960 540" "1200 600" "600 780"; do
-        check "panes inside and the object's shape kept, ${size/ / x }" keeps_shape $size
-    done
     check "noise draws without a display" small_noise
     check "noise: the committed pictures" as_committed noise 8 24 150 130
     check "noise: the committed errors" as_committed noise 162 24 150 130
@@ -240,7 +92,7 @@ keeps_shape() { # WIDTH HEIGHT
         printf "%d %d %d ", 0, 200 * unit, 100 * unit
         printf "%d %d %d %d %f %f", (76 + 2 * across) * unit + 2, 146 * unit + 2, across * unit - 4, down * unit - 4, unit, size }')
     set -- $layout $1
-    echo "$("$work/pixels" extent "$picture" $1 $2 ${10} $3)" "$("$work/pixels" extent "$picture" $4 $5 $6 $7)" \
+    echo "$("$pixels" extent "$picture" $1 $2 ${10} $3)" "$("$pixels" extent "$picture" $4 $5 $6 $7)" \
         $8 $9 ${10} >"$work/extent"
     [ -f "$work/extent_at_first" ] || cp "$work/extent" "$work/extent_at_first"
     awk 'function off(name, is, wanted, most) {
@@ -258,52 +110,31 @@ keeps_shape() { # WIDTH HEIGHT
         END { exit bad }' "$work/extent_at_first" "$work/extent"
 }
 
-repeats() { wait $again && cmp "$work/exit_points.png" "$work/again.png"; }
-other_seed() { wait $other && [ "$("$work/pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]; }
+repeats() { small_exit_points again 1 && cmp "$work/exit_points.png" "$work/again.png"; }
+other_seed() { small_exit_points other 2 && [ "$("$pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]; }
 
 # ---- Windows
 
-start_display() {
-    command -v Xvfb >/dev/null && command -v xdotool >/dev/null || return 1
-    Xvfb -noreset -displayfd 3 -screen 0 1280x800x24 -fbdir "$work" 3>"$work/display" 2>"$work/xvfb.log" &
-    xvfb=$!
-    trap 'kill $xvfb 2>/dev/null; rm -rf "$work"' EXIT
-    until_true test -s "$work/display" || return 1
-    export DISPLAY=:$(cat "$work/display")
-}
-
-# Up to half a minute, or `tries` times 0.1: long enough for a machine that does much else.
-until_true() {
-    local i
-    for ((i = 0; i < ${tries:-300}; i++)); do
-        "$@" && return
-        sleep 0.1
-    done
-    return 1
-}
-
 screen() { cp "$work/Xvfb_screen0" "$work/$1.xwd"; }
-finds_window() { window=$(xdotool search --onlyvisible --name "$1" 2>/dev/null | head -n 1) && [ -n "$window" ]; }
-
 opens() { # TITLE PROGRAM OPTIONS
     local title=$1 program=$2
     shift 2
-    "$work/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 8<&- 9<&- &
+    "$programs/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 8<&- 9<&- &
     running=$!
     until_true finds_window "^$title\$" && xdotool getwindowgeometry "$window" | grep 'Geometry: 960x540' &&
         until_true shows_text
 }
-shows_text() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" 0 10 960 30)" -gt 200 ]; }
+shows_text() { screen now && [ "$("$pixels" bright "$work/now.xwd" 0 10 960 30)" -gt 200 ]; }
 
 # Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other there, any of them.
 drawn() {
     screen before && sleep 0.1 && screen now
-    [ "$("$work/pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" = 0 ]
+    [ "$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" = 0 ]
 }
 before() { tries=10 until_true drawn "$@" || true; }
 
 # keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are others.
-changed() { screen now && [ "$("$work/pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" -ge ${many:-30} ]; }
+changed() { screen now && [ "$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" -ge ${many:-30} ]; }
 keys_change() {
     local keys=$1
     shift
@@ -313,17 +144,15 @@ keys_change() {
 
 same_as() { # FILE X Y W H: the screen shows what the file has there
     screen now
-    differ=$("$work/pixels" differ "$work/now.xwd" "$@")
+    differ=$("$pixels" differ "$work/now.xwd" "$@")
     [ "$differ" -le $LIMIT ]
 }
 
 saves() {
     rm -f "$work/saved.png"
     xdotool key w && until_true grep -q "^wrote .*saved.png" "$work/said" && until_true test -s "$work/saved.png" &&
-        [ "$("$work/pixels" size "$work/saved.png")" = "$1" ]
+        [ "$("$pixels" size "$work/saved.png")" = "$1" ]
 }
-
-gone() { ! kill -0 $running 2>/dev/null; }
 
 # The program ends with this code; 0 says that AddressSanitizer found nothing either.
 ends() {
@@ -339,7 +168,7 @@ closes() { xdotool key "$1" && ends 0; }
 # The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys below y 495.
 comes_back() { xdotool key $1 && tries=900 until_true same_as "$work/960x540.png" 0 0 960 488; }
 
-ring_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
+ring_at() { screen now && [ "$("$pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
 click_moves_entry() {
     ! ring_at 110 160 && xdotool mousemove 110 160 click 1 && until_true ring_at 110 160 && ring_at 847 160
 }
@@ -370,7 +199,7 @@ turns_by_itself() {
 }
 resizes() {
     xdotool windowsize "$window" 1200 600 && sleep 0.5 && until_true saves 1200x600 &&
-        [ "$("$work/pixels" bright "$work/saved.png" 0 10 1200 36)" -gt 200 ]
+        [ "$("$pixels" bright "$work/saved.png" 0 10 1200 36)" -gt 200 ]
 }
 # The same picture as without a display, whose layout is checked above: all but the keys.
 resizes_whole() { # WIDTH HEIGHT ROWS
@@ -392,7 +221,7 @@ drain_writer() {
     timeout 30 cat <&8 >>"$work/stalled.png"
     local code=$?
     exec 8<&-
-    [ $code = 0 ] && [ "$("$work/pixels" size "$work/stalled.png")" = 960x540 ] &&
+    [ $code = 0 ] && [ "$("$pixels" size "$work/stalled.png")" = 960x540 ] &&
         [ "$(tail -c 8 "$work/stalled.png" | head -c 4)" = IEND ]
 }
 writes_beside_the_window() { # compared are the panes: the histograms may still grow
@@ -404,8 +233,8 @@ writes_beside_the_window() { # compared are the panes: the histograms may still 
     keys_change p 39 110 907 225 || { echo "the window waits with the second picture" && return 1; }
     wrote_times $before && [ ! -e "$work/saved.png" ] || { echo "told too early" && return 1; }
     drain_writer && until_true wrote_times $((before + 2)) &&
-        [ "$("$work/pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] || return 1
-    [ "$("$work/pixels" differ "$work/stalled.png" "$work/saved.png" 39 110 907 225)" -ge 30 ] &&
+        [ "$("$pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] || return 1
+    [ "$("$pixels" differ "$work/stalled.png" "$work/saved.png" 39 110 907 225)" -ge 30 ] &&
         until_true same_as "$work/stalled.png" 0 0 960 340 || { echo "not the two pictures that were shown" && return 1; }
 }
 write_error_is_told() {
@@ -426,16 +255,16 @@ closing_loses_nothing() {
 
 # 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too is cut for them.
 opens_dense() {
-    "$work/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
+    "$build/tools/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
         tries=900 until_true same_as "$work/960x540.png" 0 0 960 488 && saves 960x540 &&
-        [ "$("$work/pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)" -le $LIMIT ]
+        [ "$("$pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)" -le $LIMIT ]
 }
 closed_by_its_button() {
-    "$work/x11" close "$window"
+    "$build/tools/x11" close "$window"
     ends 0
 }
 # No limit on it: on a machine that others use, it says as much of them.
-tell_wait() { echo "# $1, with AddressSanitizer: $(grep '^the window went' "$work/said")"; }
+tell_wait() { echo "    $1, with AddressSanitizer: $(grep '^the window went' "$work/said")"; }
 
 check_exit_points() {
     check "exit_points opens a window" opens "exit points" exit_points --still
@@ -466,18 +295,18 @@ check_exit_points() {
     tell_wait exit_points
     check "a dense screen gets as many pixels, and sharp text" opens_dense
     check "the window's own button closes it, without a leak" closed_by_its_button
-    "$work/x11" density 96
+    "$build/tools/x11" density 96
 }
 
 # The line is white from y 72 to 461: the pictures lie in x 24..474, the errors in x 486..936.
-divider_at() { screen now && [ "$("$work/pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150)" -ge 250 ]; }
+divider_at() { screen now && [ "$("$pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150)" -ge 250 ]; }
 divider_moves() {
     until_true divider_at 249 && drag 249 300 130 310 && until_true divider_at 130 && divider_at 592 && ! divider_at 249 &&
         drag 592 300 711 310 && until_true divider_at 249
 }
 captions_fill() {
     screen now
-    [ "$("$work/pixels" bright "$work/now.xwd" 24 465 200 20)" -gt 60 ]
+    [ "$("$pixels" bright "$work/now.xwd" 24 465 200 20)" -gt 60 ]
 }
 resumes() { until_true changed 0 463 960 50; } # the numbers go on
 
@@ -508,17 +337,42 @@ check_noise() {
     tell_wait noise
 }
 
-write_tools
-write_suppressions
-build_checked >"$work/build.log" 2>&1 &
-builder=$!
-check_options
-check "both build with AddressSanitizer" is_built
+check_briefly() { # PROGRAM KEY RECTANGLE: a window, a key, a picture, the end
+    check "$1 opens a window" opens "${1/_/ }" $1
+    check "the key $2 changes what it shows" keys_change $2 $3 $4 $5 $6
+    check "W saves what the window shows" saves 960x540
+    check "Q ends it" closes q
+}
+
+check "exit_points --help" help_tells "$build/exit_points" "scene profile candidates seed size png headless help
+    dmfp-scale techniques turn still probes"
+check "noise --help" help_tells "$build/noise" "scene profile candidates seed size png headless help
+    light-aware same-time device against spp reference"
+for program in exit_points noise; do check "$program without a display: one clear line" no_display $program; done
 check_pictures
 if start_display; then
-    check_exit_points
-    check_noise
+    check_briefly exit_points s 39 110 907 225
+    check_briefly noise s 24 72 450 390
 else
     skip "windows" "make setup installs Xvfb and xdotool"
+fi
+
+only_long_from_here
+check "the tool that plays the desktop is built" make -s build/tools/x11
+check "without OSMesa: one clear line" no_mesa
+write_suppressions
+check "both build with AddressSanitizer" build_checked
+programs=$work
+check_pictures
+check "exit_points: the same picture twice" repeats
+check "exit_points: another seed, another picture" other_seed
+check "a write that fails keeps what was there" keeps_what_was
+check "a full device: one clear line" full_device
+for size in "960 540" "1200 600" "600 780"; do
+    check "panes inside and the object's shape kept, ${size/ / x }" keeps_shape $size
+done
+if [ "${xvfb:-}" ]; then
+    check_exit_points
+    check_noise
 fi
 finish

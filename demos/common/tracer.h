@@ -64,6 +64,8 @@ static inline sss_plan tracer_plain_plan(void) {
     plan.exits = 1;
     plan.techniques = SSS_DISK | SSS_DISK_TANGENTS;
     plan.independent = 1;
+    plan.per_channel = 0;
+    plan.tile = 0;
     return plan;
 }
 

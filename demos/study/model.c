@@ -163,7 +163,7 @@ static void measure_volumes(const char *out, int walks) {
                 beyond = 1.0 - (double)(sss_within(&m, 0, 2.0f) / albedo[0]);
                 walk = volume_walk(&s, &volume, (uint32_t)(100 * (3 * body + a) + i), walks, &error);
                 fprintf(f, "%s %g %.4g %.4g %.5g %.5g %.2g %.5g %d\n", names[body], (double)albedo[0], (double)d,
-                        beyond, volume_profile(&m, body), walk, error, (double)sssi_ball_albedo(&m, 0, 1.0f),
+                        beyond, volume_profile(&m, body), walk, error, 0.0,
                         plan.techniques == SSS_WALK);
             }
             fputc('\n', f);

@@ -1,5 +1,5 @@
 #!/bin/bash
-# The checks of fuzz.c under sanitizers: the kept corpus always, new hostile bytes for FUZZ_SECONDS (60) in the long run.
+# The checks of fuzz.c under sanitizers: the kept corpus, and new hostile bytes for FUZZ_SECONDS (60).
 # Run from the top of the repository. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
@@ -21,13 +21,11 @@ fuzz() {
 }
 
 check "the corpus under AddressSanitizer and UBSan, gcc" corpus
-if [ -n "${LONG:-}" ]; then
-    for program in build/fuzz build/fuzz_memory; do
-        if echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' | clang -fsanitize=fuzzer -x c - -o "$work/x" 2>"$work/out"; then
-            check "hostile bytes, $program" fuzz $program "${FUZZ_SECONDS:-60}"
-        else
-            skip "hostile bytes, $program" "clang has no libFuzzer: make setup-long"
-        fi
-    done
-fi
+for program in build/fuzz build/fuzz_memory; do
+    if echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' | clang -fsanitize=fuzzer -x c - -o "$work/x" 2>"$work/out"; then
+        check "hostile bytes, $program" fuzz $program "${FUZZ_SECONDS:-60}"
+    else
+        skip "hostile bytes, $program" "clang has no libFuzzer: make setup-long"
+    fi
+done
 finish

@@ -1,0 +1,3 @@
+/* The header alone. */
+#include "sss_resample.h"
+typedef int not_empty;
