@@ -48,10 +48,8 @@ static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
     for (i = 0; i < (s->walks && seed % 4u ? 0 : 2); ++i) {
         uint32_t name = sss_hash(seed, (uint32_t)i);
         float t = probe->length * sssi_unit(name);
-        sss_vec3 p, n = some_vector(name);
-        p.x = probe->origin.x + t * probe->direction.x;
-        p.y = probe->origin.y + t * probe->direction.y;
-        p.z = probe->origin.z + t * probe->direction.z;
+        sss_vec3 n = some_vector(name);
+        sss_vec3 p = sssi_add(probe->origin, sssi_mul(probe->direction, t)); // which no compiler may fuse
         add(sss_intensity(s, p, n));
         sss_add_hit(s, p, n, (name & 1u) ? 1.0f : 4.0f * sssi_unit(sss_hash(name, 4)));
     }
@@ -68,9 +66,7 @@ static void add_share(const sss_medium *m, const sss_exit *exit, sss_vec3 x, uin
     int media;
     for (i = 0; i < GROUP; ++i) {
         sss_vec3 off = some_vector(seed + 10u + (uint32_t)i);
-        group[i].position.x = x.x + 0.1f * (float)i * off.x;
-        group[i].position.y = x.y + 0.1f * (float)i * off.y;
-        group[i].position.z = x.z + 0.1f * (float)i * off.z;
+        group[i].position = sssi_add(x, sssi_mul(off, 0.1f * (float)i));
         group[i].medium = m;
     }
 
