@@ -31,11 +31,11 @@ PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
 EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
-CHARTS   := when error-0 error-512 error-4096 best size model volume plan seam
+CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
-    mix chart failures bench tutorial tutorial-html install clean
+    mix tile chart model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -49,11 +49,13 @@ help:
 	@echo 'make fuzz          hostile bytes for FUZZ_MINUTES (1), under sanitizers (make setup-long first)'
 	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
+	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
+	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
 	@echo 'make tutorial      run the programs of tutorial/ and make its figures, listings and numbers anew'
-	@echo 'make tutorial-html the tutorial as one page that needs no network: build/tutorial.html'
+	@echo 'make page          the tutorial as one page with live figures: build/page/index.html (make setup-page first)'
 	@echo 'make all           build every program into build/'
 	@echo 'make install       the header to PREFIX/include ($(PREFIX)), and what CMake and pkg-config find it by'
 	@echo 'make clean         remove build/'
@@ -100,7 +102,7 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-build/bench build/chart build/failures build/mix build/model: build/%: demos/study/%.c $(STUDY) | build
+build/bench build/chart build/failures build/mix build/model build/model_error build/tile: build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
@@ -114,6 +116,8 @@ build/test_opencl: tests/test_opencl.c tests/sss_test.h tests/layout.h $(COMMON)
 
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
+
+build/test_plan_model: demos/study/model_bodies.h
 
 build/tools/%: tests/tools/%.c
 	@mkdir -p $(@D)
@@ -152,6 +156,14 @@ bench: build/bench build/bench_exits
 mix: build/mix
 	build/mix
 
+tile: build/tile
+	build/tile
+
+model-error: build/model_error
+	build/model_error build/model_error.dat
+	gnuplot -e "out='build/model_error'" demos/study/model_error.gp
+	cp build/model_error.png demos/study/
+
 # Rows that build/chart.csv holds are not measured again. The README shows some of the pictures.
 chart: build/chart build/model
 	build/chart
@@ -168,8 +180,26 @@ failures: build/failures
 tutorial:
 	tutorial/make.sh
 
-tutorial-html: | build
-	tutorial/page.sh > build/tutorial.html || { rm -f build/tutorial.html; exit 1; }
+# ---- The live page: the tutorial's text, and figures that the header itself drives, compiled to WebAssembly.
+.PHONY: page page-stills setup-page drawings
+PAGE := clang lld pandoc webp python3 chromium chromium-driver
+
+setup-page:
+	@$(MAKE) --no-print-directory setup PACKAGES='$(PAGE)'
+
+page: | build
+	tutorial/page/build.sh
+
+drawings:
+	python3 tutorial/drawings/draw.py
+
+page-stills: page
+	python3 tutorial/page/stills.py
+
+# Figure 7 as a native program, for tests/page.py: its mean has the same bits.
+build/page/figures: tutorial/page/figures.c sss_resample.h
+	@mkdir -p build/page
+	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
 # All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
 # Each test has one core, and tests run side by side. What they have measured is kept in build/logs.

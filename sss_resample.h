@@ -73,9 +73,10 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 lengths of the medium; at 1e5 it is off by 1 %, at 1e6 by 4 % and more. A renderer
-   with larger coordinates begins the lookup at the origin and adds the entry to each probe in its
-   own precision. Channels far narrower than the widest one scatter like Lambert (see sss_medium).
+   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
+   in its own precision. Channels far narrower than the widest one scatter like Lambert (see
+   sss_medium).
 
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
    Use a seed once.
@@ -136,8 +137,8 @@
 #define SSSI_OPENCL 0
 #endif
 
-/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the file.
- */
+/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the
+   file. */
 #if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
 #pragma float_control(push)
 #pragma float_control(precise, on)
@@ -185,8 +186,8 @@ static inline float sssi_float(uint32_t u) {
 #define SSSI_FN static inline
 #endif
 
-/* A function that holds such loops stays apart, so that they vectorise whatever its caller is like.
- */
+/* A function that holds such loops stays apart, so that they vectorise whatever its caller is
+   like. */
 #if defined(__OPTIMIZE__) || SSSI_OPENCL
 #define SSSI_APART static __attribute__((noinline, unused))
 #else
@@ -237,7 +238,7 @@ typedef enum sss_result {
    fields are private. A channel is *live* (albedo > 0, length > 0), *Lambert* (albedo > 0, length
    0: the light leaves where it came in) or *black* (albedo 0). A channel whose length is below
    2^-20 of the widest channel's r_max becomes Lambert: float coordinates cannot resolve it beside
-   the other. That moves all but 1e-3 of its light by less than 1e-3 of r_max. */
+   the other. All but 1e-3 of its light would leave within 1e-3 of r_max. */
 typedef struct sss_medium {
     int dipole;          /* 0: Burley's profile [6]; 1: a dipole [7] */
     float albedo[3];     /* A: the integral of Rd over the plane, 0..1 */
@@ -257,30 +258,27 @@ enum {
     SSS_DISK_TANGENTS = 2, /* [3] along two tangents */
     SSS_SPHERE = 4,        /* [4] */
     SSS_CHORD = 8,         /* [5] */
-    SSS_WALK = 16,   /* [9]: each candidate is a random walk through the volume, not the profile */
-    SSS_LAMBERT = 32 /* no probes: one exit at the entry, with weight A */
+    SSS_WALK = 16,         /* [9]: candidates are random walks through the volume */
+    SSS_LAMBERT = 32       /* no probes: one exit at the entry, with weight A */
 };
 
 /* How many probes by which techniques. All zero means: 8 candidates, 1 exit, the default mix. */
 typedef struct sss_plan {
-    int candidates; /* M: probes or walks for each lookup, 1..SSS_MAX_CANDIDATES; 0: 8 */
-    int exits; /* N: exits for each lookup, 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
+    int candidates;      /* M: probes or walks, 1..SSS_MAX_CANDIDATES; 0: 8 */
+    int exits;           /* N: 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
     unsigned techniques; /* bits above, which share the probes equally; 0: the default mix */
-    int independent;     /* not 0: the memo's plain algorithm, every choice drawn anew for each
-                            candidate */
-    int per_channel; /* not 0: each live channel picks its own exit; exits must be 0 or 1. Channels
-                        that pick the same hit share one exit */
-    int tile;        /* advice: side of the square of pixels that should share exits; 0, 1: none */
+    int independent;     /* not 0: the memo's plain algorithm, without strata */
+    int per_channel;     /* not 0: each live channel picks its own exit, see sss_finish */
+    int tile;            /* advice: side of the square of pixels to share exits; 0, 1: none */
 } sss_plan;
 
 /* What a scene asks for; lengths in scene units, 0 where not known. */
 typedef struct sss_need {
-    float footprint; /* width of a pixel on the surface */
-    float
-        curvature_radius; /* of the surface about the entry; half the thickness where it is thin */
-    float shading_cost;   /* of shading one exit, over that of tracing one probe */
-    float tolerance;      /* relative error of the model that is good enough; 0: 0.1 */
-    int hinted;           /* not 0: light hints will be given */
+    float footprint;        /* width of a pixel on the surface */
+    float curvature_radius; /* of the surface about the entry, see sss_plan_for */
+    float shading_cost;     /* of shading one exit, over that of tracing one probe */
+    float tolerance;        /* relative error of the model that is good enough; 0: 0.1 */
+    int hinted;             /* not 0: light hints will be given */
 } sss_need;
 
 typedef struct sss_probe {
@@ -291,9 +289,8 @@ typedef struct sss_probe {
 typedef struct sss_exit {
     sss_vec3 position, normal; /* as given to sss_add_hit, the normal at unit length */
     float weight[3];           /* times white Lambert's radiance there: the contract above; >= 0 */
-    int hit;    /* which call of sss_add_hit of this lookup it was, from 0, rejected ones
-                   counted; -1: the entry itself */
-    float mass; /* for sss_share; 0: the exit serves its own lookup alone */
+    int hit;                   /* which call of sss_add_hit it was, from 0; -1: the entry itself */
+    float mass;                /* for sss_share; 0: the exit serves its own lookup alone */
 } sss_exit;
 
 /* An entry as sss_share sees it. */
@@ -302,19 +299,19 @@ typedef struct sss_entry {
     const sss_medium *medium;
 } sss_entry;
 
-/* A medium as a lookup uses it. */
+/* A medium as a lookup uses it, in inner units. Channels that are not live hold the values of one
+   that is, so that no loop over channels needs a branch. */
 typedef struct sssi_optics {
-    sss_medium
-        medium;   /* in inner units; channels that are not live hold the values of one that is */
-    float unit;   /* scene units in an inner unit: 2^e <= the longest live length */
-    float mix[3]; /* 1 / n for the n live channels, 0 for the others */
+    sss_medium medium;
+    float unit;        /* scene units in an inner unit: 2^e <= the longest live length */
+    float mix[3];      /* 1 / n for the n live channels, 0 for the others */
     int live, lambert; /* how many channels are live, and how many are Lambert */
 } sssi_optics;
 
 /* A hit with all that its weight needs; lengths in inner units. */
 typedef struct sssi_candidate {
     sss_vec3 position, normal; /* in scene units; at unit length */
-    float profile[3];          /* unit profiles, or what a walk carries, over the albedo */
+    float profile[3];          /* unit profiles, or what a walk carries */
     float target;              /* g: their mean over the live channels */
     float light;               /* the hint */
     int hit;                   /* which call of sss_add_hit it was */
@@ -337,7 +334,7 @@ enum { SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, SSSI_SPHERE, SSSI_CHORD, SSSI_
 typedef struct sssi_probes {
     sssi_lanes origin, direction; /* in scene units */
     float length[SSS_LANES];      /* not above 0: that probe has no segment */
-    float depth[SSS_LANES]; /* of the point that a sphere's line runs through; 0 for the others */
+    float depth[SSS_LANES];       /* of the point that a sphere's line runs through; else 0 */
 } sssi_probes;
 
 /* Hits that wait to be weighed together. */
@@ -352,36 +349,38 @@ typedef struct sssi_hits {
 
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
-    int on, found;      /* a segment has been given; a hit of it is held */
-    uint32_t key;       /* of its random numbers */
-    sss_vec3 position;  /* where the segment starts, about the entry */
-    sss_vec3 direction; /* at unit length */
-    float length;       /* of the segment */
-    float extinction;   /* of the channel that draws the distances */
-    int scatterings;    /* n of [9] */
-    float path;         /* L of [9], up to where the segment starts */
-    float roulette;     /* ln of the product of 1 / chances to live on */
-    float distance;     /* of the hit that is held */
-    sssi_candidate hit;
+    int on, found;           /* a segment has been given; a hit of it is held */
+    int goes_on;             /* that hit is the start of the walk, seen from outside */
+    uint32_t key;            /* of its random numbers */
+    sss_vec3 position;       /* where the segment starts, about the entry */
+    sss_vec3 direction;      /* at unit length */
+    float length;            /* of the segment */
+    float skip;              /* where on the segment its trace begins */
+    float skin;              /* that length for the first segment */
+    float extinction;        /* of the channel that draws the distances */
+    int scatterings;         /* n of [9] */
+    float path;              /* L of [9], up to where the segment starts */
+    float roulette;          /* ln of the product of 1 / chances to live on */
+    float distance;          /* of the hit that is held, in scene units */
+    sssi_candidate hit;      /* that hit */
     float log_extinction[3]; /* over that of channel 0 */
     float log_albedo[3];     /* of one scattering */
-    float darkest;           /* the lowest of these */
+    float brightest;         /* the highest of these, of the live channels */
 } sssi_walk;
 
 /* One lookup: plain values, lives on the stack, its fields are private. */
 typedef struct sss_resampler {
     sssi_optics optics;
-    sss_vec3 position;            /* in scene units */
-    sss_vec3 axis[3];             /* normal, tangent, bitangent: orthonormal */
-    float share[SSSI_TECHNIQUES]; /* q of each technique: its expected part of the probes, sums to 1
-                                   */
+    sss_vec3 position;              /* in scene units */
+    sss_vec3 axis[3];               /* normal, tangent, bitangent: orthonormal */
+    float share[SSSI_TECHNIQUES];   /* q of each technique: its expected part of the probes */
     int first[SSSI_TECHNIQUES + 1]; /* technique t has the probes first[t] .. first[t + 1] - 1 */
     int candidates, exits, independent, per_channel, walks;
-    float reach;   /* of disk and sphere probes, in inner units: a little less than `ball` */
-    float ball;    /* radius beyond which their intensity is 0, a little less than r_max */
-    float blur;    /* how far a line may pass from where it should, in inner units */
-    uint32_t seed; /* of the lattices of numbers, with `sample` */
-    uint32_t sample;
+    float reach;     /* of disk and sphere probes: a little less than `ball`, in inner units */
+    float ball;      /* beyond it their intensity is 0; a little less than r_max */
+    float blur;      /* how far a line may pass from where it should */
+    uint32_t seed;   /* of the lattices of numbers, with `sample` */
+    uint32_t sample; /* by which they are shifted */
     uint32_t key;    /* of all other random numbers */
     int next, calls; /* probes given; calls of sss_add_hit */
     int weighed;     /* hits weighed so far */
@@ -432,16 +431,26 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 static inline float sss_profile(const sss_medium *m, int channel, float r);
 
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not
- * exist. */
+   exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
-/* The cheapest plan whose model is good enough for a need. See the definition for the rule and its
- * error. */
+/* The cheapest plan whose model is good enough for a need. In this order:
+     SSS_WALK      where the flat profile would be off by more than the tolerance, all channels
+                   weighed by their albedo;
+     SSS_LAMBERT   where the light leaves within a pixel (footprint * tolerance > 0.05 r_max);
+     SSS_DISK      with one candidate, where the surface is flat as far as r_max;
+     the default mix elsewhere, with the candidates, colours and tile that pay.
+   curvature_radius is that of the largest ball that touches the surface at the entry, from inside or
+   from outside, and holds no other surface: half the thickness of a leaf, the distance from an edge.
+   Every point y of the surface bounds it from above, by |v|^2 / (2 |n.v|) with v = y - entry: take
+   the least of that over the hits of earlier lookups nearby, or of the mesh's vertices. 0, not
+   known, gives the walk, which is right on every shape. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
-   above its maximum, exits with per_channel), SSS_BAD_POSITION (not finite), SSS_BAD_NORMAL (zero,
-   not finite): no probes, no exits. A black medium is SSS_OK and has no exits. */
+   above its maximum, exits with per_channel), SSS_BAD_POSITION (not finite, or beyond 1e30),
+   SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK and has no
+   exits. */
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan,
                                    sss_vec3 position, sss_vec3 geometric_normal, uint32_t seed);
 
@@ -456,15 +465,16 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
 
 /* A hit of the last probe, in order of distance (another order changes bits, not the expected
-   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the light
-   that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes.
-   Positive values act as clamped to [2^-30, 2^30] and change the variance, not the expected value.
- */
+   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the
+   light that arrives there, 1 when not known. 0 drops the hit, which is exact only where no
+   light comes. Positive values act as clamped to [2^-30, 2^30] and change the variance, not the
+   expected value. */
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
 /* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices, one exit
-   suffices for the default plan. No exit is a fair sample of zero: do not try again. */
+   suffices for the default plan. No exit is a fair sample of zero: do not try again. With
+   per_channel, channels that picked the same hit share one exit. */
 static inline int sss_finish(sss_resampler *s, sss_exit *exits);
 
 /* Expected hits per unit area and probe at a point of the surface, 1/length^2; 0 for walks. */
@@ -476,14 +486,14 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* One exit, many lookups [8]: the weight of an exit for every entry of a group of lookups, of which
    number `own` found it. Add weight[i][c] * E(exit) to the estimate of entry i, for every exit of
-   every member. The expected value stays the contract's if
-     - the group is chosen without a look at the random numbers (a tile of pixels, one object);
-     - every member made its own lookup, also if that found no exit, with a plan that holds
-   SSS_CHORD. No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours
-   then have correlated noise: shift the tiles from pass to pass. A channel of an entry whose length
-   is below `spacing`, the distance of neighbours, would gain nothing: there each entry keeps to its
-   own exits. Exits with mass 0 serve their own entry alone. Fastest if all entries point to one
-   medium. */
+   every member. The expected value stays the contract's under two conditions. The group is chosen
+   without a look at the random numbers (a tile of pixels, one object). Every member made its own
+   lookup, also if that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do
+   where all is flat). No ray is needed. weight[i][c] is at most albedo * live channels * mass.
+   Neighbours then have correlated noise: shift the tiles from pass to pass. A channel of an entry
+   whose length is below half of `spacing`, the distance of neighbours, gains nothing
+   (demos/study/tile.c): there each entry keeps to its own exits. Exits with mass 0 serve their own
+   entry alone. Fastest if all entries point to one medium. */
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]);
 
@@ -494,23 +504,25 @@ static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const s
                                     float density_sum, float weight[3]);
 
 /* 1 if a channel takes part at this spacing, 0 if each entry keeps to its own exits: the rule
- * above. */
+   above. */
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all
    arguments that are used here, against double precision: exp 1.1 ulp, expm1 1.8 ulp, log 1 ulp,
    sin and cos 1e-7. ---- */
 
-#define SSSI_PI      3.14159265f
-#define SSSI_FLT_MAX 3.402823466e38f
-#define SSSI_NUDGE   5.9604644e-8f /* 2^-24 */
-#define SSSI_LOWEST  (-70.0f) /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
-#define SSSI_R_MIN   1e-6f    /* of the length: profiles do not grow below */
-#define SSSI_R_FAR   1e18f    /* squares do not overflow */
-#define SSSI_TAIL    1e-4f    /* what r_max leaves out */
-#define SSSI_NARROW  9.5367432e-7f /* 2^-20: shortest live length, over r_max */
-#define SSSI_SHELL   7.6293945e-6f /* 2^-17: see sssi_set_optics */
-#define SSSI_BLUR    2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+#define SSSI_PI       3.14159265f
+#define SSSI_FLT_MAX  3.402823466e38f
+#define SSSI_NUDGE    5.9604644e-8f /* 2^-24 */
+#define SSSI_LOWEST   (-70.0f) /* e^x below is as at -70: far away no ratio of profiles is 0/0 */
+#define SSSI_R_MIN    1e-6f    /* of the length: profiles do not grow below */
+#define SSSI_R_FAR    1e18f    /* squares do not overflow */
+#define SSSI_FARTHEST 1e30f    /* the largest coordinate of an entry */
+#define SSSI_TAIL     1e-4f    /* what r_max leaves out */
+#define SSSI_NARROW   9.5367432e-7f /* 2^-20: shortest live length, over r_max */
+#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sss_begin_sample */
+#define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
 #define SSSI_TINY 1e-36f
@@ -625,7 +637,7 @@ SSSI_FN int sssi_normalize(sss_vec3 *v) {
 }
 
 /* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT
- * 2017. */
+   2017. */
 SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
     float sign = n.z >= 0.0f ? 1.0f : -1.0f;
     float a = -1.0f / (sign + n.z);
@@ -697,7 +709,7 @@ SSSI_FN float sssi_burley_unit(float d, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_burley_tail(float d, float r) {
     float e = sssi_exp(-r / (3.0f * d));
 
@@ -710,7 +722,7 @@ SSSI_FN float sssi_burley_head(float d, float r) {
 }
 
 /* A distance with density 2 pi r P(r) from a uniform u: u is the tail x (x^2 + 3) / 4, x =
-   e^(-r/3d). Two Newton steps solve for x. */
+   e^(-r/3d). Three Newton steps solve for x. */
 SSSI_FN float sssi_burley_step(float x, float u) {
     return x - (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
 }
@@ -759,7 +771,7 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_dipole_tail(const sss_medium *m, int c, float r) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float dr = SSSI_SQRT(r * r + zr * zr);
@@ -881,7 +893,7 @@ static inline SSSI_TEXT sss_result_string(sss_result result) {
     case SSS_BAD_LENGTH: return "a length or coefficient is neither 0 nor within 1e-12..1e12";
     case SSS_BAD_ETA: return "the relative index of refraction is not within 0.2..5";
     case SSS_BAD_NORMAL: return "a normal is zero or not finite";
-    case SSS_BAD_POSITION: return "a position is not finite";
+    case SSS_BAD_POSITION: return "a position is not finite, or beyond 1e30";
     case SSS_BAD_PLAN: return "a plan has an unknown technique or a count out of range";
     }
     return "not a result of sss_resample.h";
@@ -989,13 +1001,13 @@ static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], co
     return sssi_make_burley(m, albedo, mfp, 1);
 }
 
-/* Loops over three channels vectorise when they go over four: the last is one of the others again.
- */
+/* Loops over three channels vectorise when they go over four: the last is one of the others
+   again. */
 #define SSSI_FOUR 4
 SSSI_FN int sssi_channel_of(int lane) { return lane < 3 ? lane : 0; }
 
 /* The boundary of a dipole: z_v = z_r + 4 A D, and the part of the reflectance that comes from the
- * flux. */
+   flux. */
 typedef struct sssi_boundary {
     int better;
     float a, flux;
@@ -1004,33 +1016,44 @@ typedef struct sssi_boundary {
 /* Moments C1 and C2 of the internal Fresnel reflectance F: C_i = integral of F mu^i dmu over 0..1,
    mu the cosine inside. y is the cosine on the thin side, z that on the dense one. A quintic in
    place of y makes the midpoint rule converge as a Gauss rule does: 2e-8 for all eta. */
+#define SSSI_NODES 32
 SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n = eta > 1.0f ? eta : 1.0f / eta;
     float n2 = (n - 1.0f) * (n + 1.0f);
-    float part1[SSSI_FOUR] = {0.0f}, part2[SSSI_FOUR] = {0.0f};
+    int inside_is_dense = eta > 1.0f;
+    float part1[SSSI_NODES], part2[SSSI_NODES];
+    float four1[SSSI_FOUR], four2[SSSI_FOUR];
     float c1, c2;
     sssi_boundary b;
     int i, l;
 
-    for (i = 0; i < 32; i += SSSI_FOUR) {
-        for (l = 0; l < SSSI_FOUR; ++l) {
-            float x = ((float)(i + l) + 0.5f) / 32;
-            float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
-            float dy = 30.0f / 32 * (x * (1.0f - x)) * (x * (1.0f - x));
-            float z = SSSI_SQRT(y * y + n2) / n;
-            float rs = (y - n * z) / (y + n * z);
-            float rp = (n * y - z) / (n * y + z);
-            float f = 0.5f * (rs * rs + rp * rp) * y * dy;
+    for (i = 0; i < SSSI_NODES; ++i) {
+        float x = ((float)i + 0.5f) / SSSI_NODES;
+        float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
+        float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
+        float z = SSSI_SQRT(y * y + n2) / n;
+        float rs = (y - n * z) / (y + n * z);
+        float rp = (n * y - z) / (n * y + z);
+        float mu = inside_is_dense ? z : y;
 
-            part1[l] += f;
-            part2[l] += f * (eta > 1.0f ? z : y);
+        part1[i] = 0.5f * (rs * rs + rp * rp) * y * dy;
+        part2[i] = part1[i] * mu;
+    }
+
+    /* Sums of every fourth, then of those: they keep more digits, and run side by side. */
+    for (l = 0; l < SSSI_FOUR; ++l) {
+        four1[l] = part1[l];
+        four2[l] = part2[l];
+        for (i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
+            four1[l] += part1[i];
+            four2[l] += part2[i];
         }
     }
-    c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
-    c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
+    c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
+    c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
-    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle.
-     */
+    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
+       angle. */
     if (eta > 1.0f) {
         float critical = n2 / (n * n);
 
@@ -1084,18 +1107,19 @@ SSSI_FN sssi_shape sssi_make_shape(sssi_boundary b, float x) {
     return h;
 }
 
-/* Channel c with the shape h and the reduced mean free path z_r. */
-SSSI_FN void sssi_set_dipole(sss_medium *m, int c, sssi_boundary b, sssi_shape h, float zr) {
+/* Channel c with the numbers of a shape and the reduced mean free path z_r. */
+SSSI_FN void sssi_set_dipole(sss_medium *m, int c, float flux, float sigma, float depth, float core,
+                             float zr) {
     m->length[c] = zr;
-    m->zv[c] = zr + zr * h.depth;
-    m->sigma[c] = h.sigma / zr;
-    m->flux[c] = b.flux / (4.0f * SSSI_PI * h.core);
-    m->fluence[c] = (1.0f - b.flux) / (2.0f * SSSI_PI * h.core * h.depth * zr);
+    m->zv[c] = zr + zr * depth;
+    m->sigma[c] = sigma / zr;
+    m->flux[c] = flux / (4.0f * SSSI_PI * core);
+    m->fluence[c] = (1.0f - flux) / (2.0f * SSSI_PI * core * depth * zr);
 }
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
    Lambert's W function solves: the guess uses W(v) = l (1 - ln(1 + l) / (2 + l)), l = ln(1 + v),
-   good to 2 %. Two Newton steps in the logarithm of the true tail follow. */
+   good to 2 %. Three Newton steps in the logarithm of the true tail follow. */
 SSSI_FN float sssi_guess_r_max(const sss_medium *m, int c) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float k = m->flux[c] * (zr + zv) + m->fluence[c] * 0.5f * (zv - zr) * (zv + zr);
@@ -1116,7 +1140,7 @@ SSSI_FN void sssi_finish_dipole(sss_medium *m) {
     int i, l;
 
     for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_guess_r_max(m, sssi_channel_of(l));
-    for (i = 0; i < 2; ++i)
+    for (i = 0; i < 3; ++i)
         for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_better_r_max(m, sssi_channel_of(l), r[l]);
     for (l = 0; l < 3; ++l)
         if (sssi_is_live(m, l)) m->r_max = sssi_max(m->r_max, r[l]);
@@ -1143,10 +1167,10 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             float zr = 1.0f / (sigma_a[c] + sigma_s[c]);
 
             m->albedo[c] = sssi_min(h.total, 1.0f);
-            sssi_set_dipole(m, c, b, h, zr);
+            sssi_set_dipole(m, c, b.flux, h.sigma, h.depth, h.core, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
-             * it. */
+               it. */
             sssi_set_volume(m, c, volume.lack, zr / volume.sigma);
             m->similarity[c] = sssi_similarity(h.lack);
         }
@@ -1196,7 +1220,7 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
 }
 
 /* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
- * of them. */
+   of them. */
 typedef struct sssi_secant {
     float y[SSSI_FOUR],
         miss[SSSI_FOUR]; /* the point of the step before, and how far its odds are off */
@@ -1253,6 +1277,7 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
                                          float eta, int better) {
     sss_result result = sssi_check_albedo(albedo);
     float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
+    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
     sssi_boundary b;
     int c;
 
@@ -1269,15 +1294,22 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
     }
     b = sssi_make_boundary(eta, better);
     sssi_invert_shapes(b, wanted, log_x);
-    for (c = 0; c < 3; ++c) {
+    for (c = 0; c < SSSI_FOUR; ++c) {
         sssi_shape h = sssi_make_shape(b, sssi_exp(log_x[c]));
+
+        sigma[c] = h.sigma;
+        depth[c] = h.depth;
+        core[c] = h.core;
+    }
+    for (c = 0; c < 3; ++c) {
+        float zr = sigma[c] * dmfp[c];
 
         m->albedo[c] = albedo[c];
         sssi_set_volume(m, c, 1.0f - albedo[c], dmfp[c]);
 
         /* Lambert where 1 / z_r^2 would leave float's range. */
-        if (albedo[c] > 0.0f && albedo[c] < 1.0f && h.sigma * dmfp[c] >= 1e-17f)
-            sssi_set_dipole(m, c, b, h, h.sigma * dmfp[c]);
+        if (albedo[c] > 0.0f && albedo[c] < 1.0f && zr >= 1e-17f)
+            sssi_set_dipole(m, c, b.flux, sigma[c], depth[c], core[c], zr);
     }
     sssi_finish_dipole(m);
     return SSS_OK;
@@ -1416,25 +1448,27 @@ SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
 }
 
 /* The logarithms that weigh a walk, the extinctions' over that of channel 0. ln albedo = ln(1 -
- * s^2). */
+   s^2). */
 SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     const sss_medium *m = &s->optics.medium;
     sssi_walk *w = &s->walk;
     int c;
 
-    w->on = w->found = w->scatterings = 0;
+    w->on = w->found = w->goes_on = w->scatterings = 0;
     w->key = 0u;
     w->position = w->direction = s->axis[SSSI_NORMAL];
-    w->length = w->extinction = w->path = w->roulette = w->distance = w->darkest = 0.0f;
+    w->length = w->skip = w->skin = w->extinction = w->path = w->roulette = w->distance = 0.0f;
+    w->hit.light = 0.0f;
+    w->brightest = -SSSI_FLT_MAX;
     for (c = 0; c < 3; ++c) {
         float lost = m->similarity[c] * m->similarity[c];
 
         w->log_albedo[c] = w->log_extinction[c] = 0.0f;
-        if (!s->walks || s->optics.live == 0) continue;
+        if (!s->walks || !(s->optics.mix[c] > 0.0f)) continue;
         w->log_albedo[c] = sssi_log(sssi_max(1.0f - lost, SSSI_TINY));
         if (lost < 0.25f) w->log_albedo[c] = sssi_log_parts(0.0f, -lost);
         w->log_extinction[c] = sssi_log(m->extinction[c] / m->extinction[0]);
-        w->darkest = sssi_min(w->darkest, w->log_albedo[c]);
+        w->brightest = sssi_max(w->brightest, w->log_albedo[c]);
     }
 }
 
@@ -1462,7 +1496,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     if (plan) p = *plan;
     result = sssi_check_plan(&p);
-    if (result == SSS_OK && !sssi_finite(position)) result = SSS_BAD_POSITION;
+    if (result == SSS_OK && (!sssi_finite(position) || sssi_longest(position) > SSSI_FARTHEST))
+        result = SSS_BAD_POSITION;
     if (!sssi_normalize(&geometric_normal) && result == SSS_OK) result = SSS_BAD_NORMAL;
 
     /* A refused lookup is one of a black medium: no probes, no exits. */
@@ -1484,8 +1519,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     /* The segments end a little within the ball outside of which their intensity is 0: no rounding
        of a hit can carry it out of the ball, where it would be weighed as if only chords went
-       there. What lies in the shell between the two is lost; it has less than 1e-4 of the light
-       even if all of the tail is there. */
+       there. What lies in the thin shell between the two is lost: at most 2e-3 of the albedo, and
+       that only if the surface is a sphere of this very radius about the entry. */
     s->ball = s->optics.medium.r_max * (1.0f - SSSI_SHELL);
     s->reach = s->ball * (1.0f - SSSI_SHELL);
     s->blur = SSSI_BLUR * (s->optics.medium.r_max + sssi_longest(position) / s->optics.unit);
@@ -1507,6 +1542,7 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
     sssi_set_counts(s);
     sssi_clear_hits(&s->hits, geometric_normal);
     sssi_begin_walks(s);
+    for (i = 0; i < SSS_LANES; ++i) s->probes.depth[i] = s->probes.length[i] = 0.0f;
     for (i = 0; i < SSS_MAX_EXITS; ++i) s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
     return result;
 }
@@ -1616,7 +1652,7 @@ SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
 }
 
 /* Disk [3]. A line at the distance r from its axis; beyond the reach its ends meet, and there is no
- * probe. */
+   probe. */
 SSSI_FN sssi_ends sssi_disk_ends(float r, float reach) {
     float height = SSSI_SQRT(sssi_max(reach * reach - r * r, 0.0f));
     sssi_ends e = {r, height, r, -height};
@@ -2054,16 +2090,20 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 /* ---- Walk [9]: each candidate is one random walk ---- */
 
 /* A guard for renderers whose segments find no surface. It cuts less than 1e-4 of the light for
-   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses 5e-4.
- */
+   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses
+   5e-4. */
 #define SSSI_MAX_SCATTERINGS 4194304
 
 #define SSSI_LN_HALF (-0.69314718f)
 
-/* A walk starts a little inside: 8 ulp of the entry's coordinates, and at least 2^-13 mean free
- * paths. */
-#define SSSI_ULPS 9.5367432e-7f
-#define SSSI_SKIN 1.2207031e-4f
+/* A walk starts at the entry itself, but its first segment is traced only from a little inside on,
+   so that it does not meet the surface where it starts: 8 ulp of the entry's coordinates, and at
+   least 2^-13 and at most 1/4 mean free paths below the tangent plane. What scatters before needs
+   no trace. */
+#define SSSI_ULPS      9.5367432e-7f
+#define SSSI_SKIN      1.2207031e-4f
+#define SSSI_SKIN_MOST 0.25f
+#define SSSI_START     64.0f /* skins within which a walk may see its own start */
 
 /* A number in (0, 1) of this walk: 4 for each scattering. */
 SSSI_FN float sssi_walk_number(const sss_resampler *s, uint32_t which) {
@@ -2110,6 +2150,7 @@ SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float weight[
 SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
     s->walk.on = 1;
     s->walk.found = 0;
+    s->walk.skip = 0.0f;
     s->walk.direction = direction;
     s->walk.length = -sssi_log(u) / s->walk.extinction;
 }
@@ -2141,41 +2182,39 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
                     sssi_mul(s->axis[SSSI_BITANGENT], sine * sn));
     direction = sssi_sub(flat, sssi_mul(s->axis[SSSI_NORMAL], SSSI_SQRT(cosine2)));
 
-    ulps = SSSI_ULPS * sssi_longest(s->position) / s->optics.unit;
+    ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
     skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
-    s->walk.position = sssi_mul(s->axis[SSSI_NORMAL], -skin);
+    skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
+    s->walk.skin = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
+    s->walk.position = sssi_vec3(0.0f, 0.0f, 0.0f);
     s->walk.key = sss_hash(s->key, 0x20000000u + (uint32_t)s->next);
     s->walk.scatterings = 0;
     s->walk.path = s->walk.roulette = 0.0f;
     sssi_walk_on(s, direction, sssi_number(s, at, SSSI_RADIUS));
+    s->walk.skip = s->walk.skin;
 }
 
-/* No surface on the segment: the walk scatters at its end. Russian roulette brings the most that it
-   carries back to one half. */
+/* No surface on the segment: the walk scatters at its end. Russian roulette brings what its
+   brightest channel may still carry, albedo^n over the chances so far, back to one half. What it
+   carries now may be far less, and rise again: so the weights stay below the number of live
+   channels. */
 SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
     sssi_walk *w = &s->walk;
-    float z, rim, sn, cs;
+    float z, rim, sn, cs, carried;
 
     w->position = sssi_add(w->position, sssi_mul(w->direction, w->length));
     w->path += w->length;
     w->scatterings += 1;
+    carried = (float)w->scatterings * w->brightest + w->roulette;
+    if (carried < SSSI_LN_HALF) {
+        float chance = 2.0f * sssi_exp(carried);
+
+        if (!(sssi_walk_number(s, 3u) < chance)) w->scatterings = SSSI_MAX_SCATTERINGS;
+        w->roulette += SSSI_LN_HALF - carried;
+    }
     if (w->scatterings >= SSSI_MAX_SCATTERINGS) {
         w->on = 0;
         return;
-    }
-
-    if ((float)w->scatterings * w->darkest + w->roulette < SSSI_LN_HALF) {
-        float weight[3], most;
-
-        sssi_walk_weights(s, w->path, weight);
-        most = sssi_max(weight[0], sssi_max(weight[1], weight[2]));
-        if (most < 0.5f) {
-            if (!(sssi_walk_number(s, 3u) < 2.0f * most)) {
-                w->on = 0;
-                return;
-            }
-            w->roulette += SSSI_LN_HALF - sssi_log(most);
-        }
     }
 
     /* A uniform direction. */
@@ -2188,45 +2227,63 @@ SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
 /* The walk leaves where its segment met the surface, and becomes a candidate. */
 SSSI_FN void sssi_walk_out(sss_resampler *s) {
     sssi_candidate *hit = &s->walk.hit;
-    float weight[3];
     int c;
 
     s->walk.on = s->walk.found = 0;
     if (!(hit->light > 0.0f)) return;
-    sssi_walk_weights(s, s->walk.path + s->walk.distance / s->optics.unit, weight);
+    sssi_walk_weights(s, s->walk.path + s->walk.distance / s->optics.unit, hit->profile);
     hit->target = 0.0f;
-    for (c = 0; c < 3; ++c) {
-        hit->profile[c] = s->optics.mix[c] > 0.0f ? weight[c] / s->optics.medium.albedo[c] : 0.0f;
-        hit->target += s->optics.mix[c] * hit->profile[c];
-    }
+    for (c = 0; c < 3; ++c) hit->target += s->optics.mix[c] * hit->profile[c];
     sssi_collect(s, (s->next - 1) % s->exits, hit->target / (float)s->candidates,
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
+/* The segment goes on behind its own start. */
+SSSI_FN void sssi_walk_past(sss_resampler *s) {
+    sssi_walk *w = &s->walk;
+    float done = w->distance / s->optics.unit;
+
+    w->found = w->goes_on = 0;
+    w->skip = done + w->skin;
+}
+
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
 static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
-    if (s->walk.found) sssi_walk_out(s);
-    else if (s->walk.on) sssi_walk_scatter(s);
+    sssi_walk *w = &s->walk;
+    sss_vec3 start;
 
-    if (!s->walk.on) {
-        if (s->next >= s->candidates) return 0;
-        sssi_walk_in(s);
+    if (w->found && w->goes_on) sssi_walk_past(s);
+    else if (w->found) sssi_walk_out(s);
+    else if (w->on) sssi_walk_scatter(s);
+
+    /* Until there is a segment that needs a trace. */
+    while (!w->on || w->length <= w->skip) {
+        if (w->on) {
+            sssi_walk_scatter(s);
+        } else {
+            if (s->next >= s->candidates) return 0;
+            sssi_walk_in(s);
+        }
     }
-    probe->origin = sssi_add(s->position, sssi_mul(s->walk.position, s->optics.unit));
-    probe->direction = s->walk.direction;
-    probe->length = s->walk.length * s->optics.unit;
+    start = sssi_add(w->position, sssi_mul(w->direction, w->skip));
+    probe->origin = sssi_add(s->position, sssi_mul(start, s->optics.unit));
+    probe->direction = w->direction;
+    probe->length = (w->length - w->skip) * s->optics.unit;
     return 1;
 }
 
-/* Keeps the nearest hit of the segment. A hit without light ends the walk too. */
+/* Keeps the nearest hit of the segment. A hit without light ends the walk too. An entry that lies a
+   few roundings outside sees its own surface once more, from outside: there the segment goes on. */
 static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec3 normal,
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
     float distance = sssi_dot(sssi_sub(position, start), w->direction);
+    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
+    w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
     w->distance = sssi_max(distance, 0.0f);
     w->hit.position = position;
     w->hit.normal = normal;
@@ -2308,7 +2365,8 @@ SSSI_FN void sssi_set_exit(const sss_resampler *s, const sssi_candidate *held, f
     exit->hit = held->hit;
     exit->mass = mass;
     for (c = 0; c < 3; ++c) {
-        float unit = s->optics.medium.albedo[c] * (held->profile[c] / held->target);
+        float albedo = s->walks ? 1.0f : s->optics.medium.albedo[c];
+        float unit = albedo * (held->profile[c] / held->target);
 
         exit->weight[c] = s->optics.mix[c] > 0.0f ? unit : 0.0f;
     }
@@ -2367,7 +2425,7 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
 /* ---- Share [8] ---- */
 
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing) {
-    return sssi_is_live(m, channel) && m->length[channel] >= spacing;
+    return sssi_is_live(m, channel) && 2.0f * m->length[channel] >= spacing;
 }
 
 /* The square of the distance of an exit from an entry. */
@@ -2381,7 +2439,7 @@ SSSI_FN float sssi_share_distance2(sss_vec3 exit, sss_vec3 entry, float scale) {
 SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0.0f; }
 
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
- * units. */
+   units. */
 SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                  float profile[3]) {
     sssi_optics o = sssi_make_optics(m, 0u);
@@ -2525,10 +2583,45 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
+/* Sharing over 8 x 8 pixels divides the variance by 2 to 20 for the price of some two probes,
+   wherever a channel takes part (demos/study/tile.c). */
+SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
+    int c;
+
+    for (c = 0; c < 3; ++c)
+        if (footprint > 0.0f && sss_is_shared(m, c, footprint)) return 8;
+    return 0;
+}
+
+/* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
+   sharing)) of them pay: here the power of two next to it. */
+SSSI_FN int sssi_plan_candidates(int least, float cost) {
+    int candidates = least;
+
+    while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
+    return candidates;
+}
+
+/* Exits of its own for each colour take a third of the variance away where colours differ, and pay
+   while they cost no more than the probes. */
+SSSI_FN int sssi_plan_colours(const sss_medium *m, float cost, int candidates) {
+    float shortest = SSSI_FLT_MAX, longest = 0.0f;
+    int room = SSS_MAX_EXITS;
+    int c;
+
+    for (c = 0; c < 3; ++c) {
+        if (!sssi_is_live(m, c)) continue;
+        shortest = sssi_min(shortest, m->length[c]);
+        longest = sssi_max(longest, m->length[c]);
+    }
+    return room >= 3 && longest > 1.5f * shortest && cost <= (float)candidates;
+}
+
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
     float r = sssi_max(need->curvature_radius, 0.0f);
     float tolerance = need->tolerance > 0.0f ? need->tolerance : 0.1f;
+    float cost = sssi_max(need->shading_cost, 0.0f);
     float error = 0.0f, light = 0.0f;
     int c, live = 0;
 
@@ -2545,18 +2638,19 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* What finds one hit always finds the same: one candidate is as good as many. */
-    if (plan.techniques == SSS_DISK) plan.candidates = 1;
+    /* A walk costs some ten probes. Without hints all walks weigh nearly the same, as do the hits
+       of a disk on a plane: then there is nothing to choose from. */
+    if (plan.techniques == SSS_WALK)
+        plan.candidates = need->hinted ? sssi_plan_candidates(1, 0.1f * cost) : 1;
+    if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
 
-    /* M* = sqrt((V_1 / V_g - 1) c_s / c_p), V_1 = 3 V_g (make mix), in eights: eight cost little
-     * more than five. */
-    if (plan.techniques == 0u && need->shading_cost > 0.0f) {
-        float best = SSSI_SQRT(2.0f * sssi_min(need->shading_cost, 2048.0f));
-        int eights = (int)(best / 8.0f + 0.5f);
-
-        plan.candidates = need->shading_cost < 1.5f ? 4 : 8 * (eights < 1 ? 1 : eights);
-        if (plan.candidates > SSS_MAX_CANDIDATES) plan.candidates = SSS_MAX_CANDIDATES;
+    plan.tile = sssi_plan_tile(m, need->footprint);
+    if (plan.techniques == SSS_DISK) {
+        plan.candidates = 1;
+        return plan;
     }
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(2, cost + (plan.tile ? 2.0f : 0.0f));
+    plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }
 

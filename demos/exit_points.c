@@ -1,6 +1,6 @@
-// exit_points.c - light enters an object at one point: which exits do the techniques find, how much does each count,
-// and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+// exit_points.c - light leaves an object at one point, the entry of a camera path: which exits do the techniques find,
+// how much does each count, and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "exit_points"
 #include "common/tracer.h"
@@ -25,8 +25,8 @@
 
 static const char usage[] =
     "usage: exit_points [options]\n"
-    "Light enters an object at one point. Shows the exits that probes of each technique find there, coloured\n"
-    "by how much each counts, and the exits that resampling picks from them.\n"
+    "Light leaves an object at one point. Shows where probes of each technique look for the places at which\n"
+    "it went in (the exits of the camera path), coloured by how much each counts, and what resampling picks.\n"
     "\n" WINDOW_HELP_SCENE "  --dmfp-scale X     multiplies the scene's mean free paths (2)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord, mixed and resampled; default: the library's mix\n"
     "  --turn DEGREES     where the camera stands to begin with (-24)\n"
@@ -35,7 +35,17 @@ static const char usage[] =
 
 enum { DISK, SPHERE, CHORD, MIX, PICKED, PANES };
 
-static const char *const object_names[] = {"bear", "sphere", "pane", "corner", "needle"};
+// What the pictures need to know of each scene: what to call its object, where its own camera looks at the object's most
+// telling part, roughly, and how large the object is shown.
+static const struct {
+    const char *object;
+    float x, y, zoom;
+} subject[SCENES] = {[SCENES_SPHERE] = {"sphere", 0.5f, 0.45f, 19.0f},
+                     [SCENES_SLAB] = {"pane", 0.55f, 0.45f, 20.0f},
+                     [SCENES_CORNER] = {"corner", 0.5f, 0.56f, 20.5f},
+                     [SCENES_NEEDLES] = {"needle", 0.5f, 0.5f, 19.0f},
+                     [SCENES_BEAR] = {"bear", 0.57f, 0.53f, 15.2f},
+                     [SCENES_RABBIT] = {"rabbit", 0.57f, 0.53f, 15.2f}};
 
 #define PANE 0x1b2029ffu
 #define EDGE 0x39424fffu
@@ -224,12 +234,12 @@ static int project(const exit_points *e, box b, sss_vec3 position, float *x, flo
     return scene_nearest(&e->s, e->s.eye, scene_scale(d, 1.0f / length), SCENE_NOTHING).t < length - 2e-3f;
 }
 
-// Where the scene's own camera looks at the object's most telling part, roughly.
 static void find_entry(exit_points *e) {
-    static const float at[5][2] = {{0.57f, 0.53f}, {0.5f, 0.45f}, {0.55f, 0.45f}, {0.5f, 0.56f}, {0.5f, 0.5f}};
+    float x = subject[e->w.scene].x;
+    float y = subject[e->w.scene].y;
     sss_vec3 direction;
     for (float shift = 0.0f; shift < 0.3f; shift += 0.01f) { // needles: to the side until one is met
-        scene_hit hit = see(e, 1.0f, 1.0f, at[e->w.scene][0] + shift, at[e->w.scene][1], &direction);
+        scene_hit hit = see(e, 1.0f, 1.0f, x + shift, y, &direction);
         if (hit.shape < 0) continue;
         e->entry = scene_along(e->s.eye, direction, hit.t);
         e->normal = scene_normal(&e->s.shape[hit.shape], e->entry);
@@ -238,13 +248,12 @@ static void find_entry(exit_points *e) {
 }
 
 static void open_scene(exit_points *e) {
-    static const float zoom[5] = {15.2f, 19.0f, 20.0f, 20.5f, 19.0f};
-    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
+    load_scene(&e->s, e->w.scene, window_profile[e->w.profile], e->dmfp);
     sss_vec3 arm = scene_sub(e->s.eye, scene_vec(0.0f, VIEW_CENTRE, 0.0f));
     e->distance = scene_sqrt(scene_dot(arm, arm));
     find_entry(e);
     e->tilt = 14.0f;
-    e->zoom = zoom[e->w.scene];
+    e->zoom = subject[e->w.scene].zoom;
     aim(e);
     restart(e);
 }
@@ -395,7 +404,7 @@ static void draw_entry(const exit_points *e, canvas *c, box b) {
     project(e, b, scene_along(e->entry, e->normal, 0.45f), &from_x, &from_y);
     project(e, b, scene_along(e->entry, e->normal, 0.08f), &to_x, &to_y);
     draw_ring(c, x, y, 7.0f, 2.2f, colour);
-    draw_arrow(c, from_x, from_y, to_x, to_y, colour);
+    draw_arrow(c, to_x, to_y, from_x, from_y, colour);
 }
 
 // A step for an axis of this length: 1, 2 or 5 times a power of ten, some four to the axis.
@@ -541,14 +550,14 @@ static void draw_small_print(const exit_points *e, canvas *c, float y) {
 static void draw_text(exit_points *e, canvas *c) {
     char text[256];
     float low = c->height - FOOTER + 32.0f;
-    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", object_names[e->w.scene]);
+    snprintf(text, sizeof text, "Light leaves the %s at the ring. Where did it go in?", subject[e->w.scene].object);
     canvas_text(c, MARGIN, 37.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     canvas_text(c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
                 "Probe rays find candidates: too many in some places, too few in others. The colour is how much each "
                 "must count to make up for it.");
     snprintf(text, sizeof text,
-             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light leaves, and "
-             "counts nearly alike.",
+             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light went in, "
+             "and counts nearly alike.",
              e->w.candidates);
     canvas_text(c, MARGIN, 83.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_colours(c, c->width - 258.0f, 40.0f);
@@ -604,7 +613,7 @@ static void toggle(exit_points *e, unsigned technique) {
 }
 
 static void set_medium(exit_points *e) {
-    load_scene(&e->s, window_scene[e->w.scene], window_profile[e->w.profile], e->dmfp);
+    load_scene(&e->s, e->w.scene, window_profile[e->w.profile], e->dmfp);
     aim(e);
     restart(e);
 }
@@ -675,16 +684,18 @@ static void run(exit_points *e, canvas *c) {
 
 // How many words the option takes.
 static int parse_option(exit_points *e, const char *name, const char *value) {
-    static const char *const names[] = {"--dmfp-scale", "--techniques", "--turn"};
     int taken = window_option(&e->w, usage, name, value);
     if (taken) return taken;
     if (strcmp(name, "--probes") == 0) return e->probes = 1;
     if (strcmp(name, "--still") == 0) return e->paused = 1;
-    switch (option_index(names, 3, name, value)) {
-    case 0: e->dmfp = (float)parse_real(name, value, 0.01, 100.0); break;
-    case 1: e->techniques = parse_techniques(value); break;
-    case 2: e->turn = (float)parse_real(name, value, -360.0, 360.0); break;
-    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    if (is_option("--dmfp-scale", name, value)) {
+        e->dmfp = (float)parse_real(name, value, 0.01, 100.0);
+    } else if (is_option("--techniques", name, value)) {
+        e->techniques = parse_techniques(value);
+    } else if (is_option("--turn", name, value)) {
+        e->turn = (float)parse_real(name, value, -360.0, 360.0);
+    } else {
+        fail(2, "unknown option '%s'; --help lists what there is", name);
     }
     return 2;
 }
@@ -696,7 +707,7 @@ int main(int count, char **words) {
     e.dmfp = 2.0f;
     e.turn = -24.0f;
     for (int i = 1; i < count;) i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
-    const char *wrong = image_check_writable(e.w.png);
+    const char *wrong = output_try(e.w.png);
     if (wrong) fail(2, "cannot write %s: %s", e.w.png, wrong);
     open_scene(&e);
     wrong = canvas_open(c, "exit points", e.w.headless, e.w.width, e.w.height, 1280.0f, 720.0f);

@@ -1,8 +1,9 @@
 // mesh.c - any mesh made translucent: read by assimp, traced by Embree, shaded with sss_resample.h; plain on the left
 // and resampled on the right, with the noise of both. In a window, or as a PNG. See --help.
 // SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #define COMMAND "mesh"
@@ -10,15 +11,23 @@
 #include "common/mesh_tracer.h"
 #include "common/window.h"
 
-#define SLICE   0.012 // seconds that one step of rendering may take
+#define SLICE   0.012 // seconds that one step of rendering takes
 #define REFRESH 0.080 // between two frames, unless there is an event
 #define COARSE  4     // how many pixels the preview's are wide
+#define PATIENT 0.3   // seconds until a preview that takes longer is shown in part, or given up
+#define QUICK   8     // candidates of a preview at most
+#define BATCH   8     // pixels
+#define ROWS    16    // of the mask in one step
 #define MARGIN  32.0f
 #define TOP     96.0f // of the pictures
 #define FOOTER  104.0f
 #define FIELD   22.0f // angle of the view in degrees, and the share of it that the object may fill
 #define FILLED  0.86f
 #define LAMP    128.0f // degrees from the eye, about the object
+#define LEAST_SIZE 1e-3 // of --scale
+#define MOST_SIZE  1e6
+#define LEAST_DMFP 1e-12 // of --dmfp, beside 0
+#define MOST_DMFP  1e12
 #define PRESETS "apple chicken cream jade ketchup marble milk potato skimmilk skin skin2 wax"
 
 static const char usage[] =
@@ -38,7 +47,8 @@ static const char usage[] =
     "  --light-aware      tell the library a guess of the light at each candidate\n"
     "  --candidates M     probes of each resampled lookup (8)\n"
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
-    "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES;
+    "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES
+    "Ctrl-C ends --headless early: what is done by then is written, and the exit code is 130.\n";
 
 // Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
 // practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
@@ -63,33 +73,58 @@ static const struct {
 
 enum { PLAIN, RESAMPLED, RUNS };
 
-// A picture that grows, pass by pass of one sample a pixel, in two halves with independent noise. The difference of the
-// halves is what the noise is measured by.
+// What the user sees of a run, or will see next.
+typedef struct card {
+    image_bytes picture;   // has room for the full size, a preview takes less of it
+    int fresh;             // OpenGL does not have the picture yet
+    double passes, seconds, noise; // noise below 0: not known yet
+    unsigned long long probes, shaded;
+} card;
+
+// A picture that grows, pass by pass of one sample a pixel, in two halves with independent noise.
+// The difference of the halves is what the noise is measured by.
 typedef struct run {
     tracer_settings settings;
     image half[2], preview;
-    image_bytes shown;
-    GLuint texture;
-    int row, previewed;
-    uint32_t spp[2]; // complete passes of each half
-    unsigned long long probes, shaded;
-    double seconds, rate, noise; // rate: rows a second; noise below 0: not known yet
+    int pixel, previewed; // pixel: how many of the pass or the preview under way are done
+    uint32_t spp[2];      // complete passes of each half
+    card card;
 } run;
 
+// What the user wants to see.
+typedef struct view {
+    float turn, tilt, zoom;
+    int candidates, light_aware;
+    sss_medium medium;
+} view;
+
+// The window never waits for a picture: it draws what there is, and a thread of its own renders,
+// the painter. Between them are, under the lock, the view that is wanted and the cards shown.
 typedef struct viewer {
     window w;
-    mesh_world world;
     const char *file, *up;
     int preset; // -1: by albedo and dmfp
     double millimetres;
     int has_dmfp, has_albedo, has_scale;
-    float dmfp[3], albedo[3], turn, tilt, zoom;
-    int light_aware, dragging;
+    float dmfp[3], albedo[3];
     uint32_t spp;
-    run run[RUNS];
-    unsigned char *mask;
+    view view;
+    int dragging;
     float mouse_x, mouse_y;
+    GLuint texture[RUNS];
     double reported; // progress: when
+
+    pthread_t painter;
+    pthread_mutex_t lock;
+    view wanted;
+    int is_wanted, stops;
+    card shown[RUNS];
+
+    mesh_world world; // the painter's, with all below; the window reads world.m, which is constant
+    run run[RUNS];
+    unsigned char *mask; // which pixels' middles show the object
+    int masked;          // rows of it that are done
+    double begun;        // when the view was taken
 } viewer;
 
 // ---- The file
@@ -123,9 +158,15 @@ static void load_object(viewer *v) {
 
 static double largest(const triangle_mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
 
+// The library takes lengths from 1e-12 to 1e12, here in scene units: beyond that, no picture of an
+// object that is about 2 large shows a difference.
+static float scene_length(double length) {
+    return length > 0.0 ? (float)fmin(fmax(length, 1e-12), 1e12) : 0.0f;
+}
+
 static sss_result set_medium(viewer *v) {
     const triangle_mesh *m = &v->world.m;
-    sss_medium *medium = &v->world.s.medium;
+    sss_medium *medium = &v->view.medium;
     float a[3], b[3];
     if (v->preset >= 0) { // from 1/mm to 1/scene unit
         float unit = (float)(v->millimetres / (largest(m) * m->unit));
@@ -135,16 +176,16 @@ static sss_result set_medium(viewer *v) {
         }
         return sss_dipole(medium, a, b, preset[v->preset].eta);
     }
-    for (int c = 0; c < 3; c++) b[c] = (float)((double)v->dmfp[c] * m->unit);
+    for (int c = 0; c < 3; c++) b[c] = scene_length((double)v->dmfp[c] * m->unit);
     return sss_burley(medium, v->albedo, b);
 }
 
 // The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts glow; the sky
 // lights the front.
-static void set_light(viewer *v) {
-    scene *s = &v->world.s;
-    float r = (float)MESH_RADIUS, middle = (float)(0.5 * v->world.m.size[1] * v->world.m.unit);
-    float turn = (v->turn - LAMP) * (SCENE_PI / 180.0f);
+static void set_light(mesh_world *world, const view *seen) {
+    scene *s = &world->s;
+    float r = (float)MESH_RADIUS, middle = (float)(0.5 * world->m.size[1] * world->m.unit);
+    float turn = (seen->turn - LAMP) * (SCENE_PI / 180.0f);
     s->floor_lit = 0.6f;
     s->sky_horizon = scene_vec(0.36f, 0.40f, 0.46f);
     s->sky_zenith = scene_vec(0.30f, 0.36f, 0.46f);
@@ -154,17 +195,17 @@ static void set_light(viewer *v) {
 }
 
 // Which way the eye is from the object.
-static sss_vec3 view_direction(const viewer *v) {
-    float turn = v->turn * (SCENE_PI / 180.0f), tilt = v->tilt * (SCENE_PI / 180.0f);
+static sss_vec3 view_direction(const view *seen) {
+    float turn = seen->turn * (SCENE_PI / 180.0f), tilt = seen->tilt * (SCENE_PI / 180.0f);
     return scene_vec(sinf(turn) * cosf(tilt), sinf(tilt), cosf(turn) * cosf(tilt));
 }
 
 // As near as the vertices allow, in a picture of this shape. A vertex v from the target is on the edge of the view if
 // |v.right| is tan(half the view) times the distance less v.back.
-static void set_camera(viewer *v, int width, int height) {
-    const triangle_mesh *m = &v->world.m;
-    scene *s = &v->world.s;
-    sss_vec3 back = view_direction(v), target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
+static void set_camera(mesh_world *world, const view *seen, int width, int height) {
+    const triangle_mesh *m = &world->m;
+    scene *s = &world->s;
+    sss_vec3 back = view_direction(seen), target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
     float side = (float)(width < height ? width : height), distance = 0.0f;
     scenes_camera(s, scene_add(target, back), target, FIELD);
     float reach = scene_sqrt(scene_dot(s->up, s->up)), across = FILLED * reach * (float)width / side;
@@ -175,135 +216,228 @@ static void set_camera(viewer *v, int width, int height) {
         float far = scene_max(scene_abs(scene_dot(p, right)) / across, scene_abs(scene_dot(p, up)) / down);
         distance = scene_max(distance, far + scene_dot(p, back));
     }
-    scenes_camera(s, scene_along(target, back, distance * v->zoom), target, FIELD);
+    scenes_camera(s, scene_along(target, back, distance * seen->zoom), target, FIELD);
+}
+
+// ---- The window's side of what it has in common with the painter
+
+static void want(viewer *v) {
+    pthread_mutex_lock(&v->lock);
+    v->wanted = v->view;
+    v->is_wanted = 1;
+    pthread_mutex_unlock(&v->lock);
+}
+
+static void want_medium(viewer *v) {
+    sss_result wrong = set_medium(v);
+    if (wrong != SSS_OK) fail(2, "this medium cannot be: %s", sss_result_string(wrong));
+    want(v);
+}
+
+static void upload_cards(viewer *v, canvas *c) {
+    pthread_mutex_lock(&v->lock);
+    for (int i = 0; i < RUNS; i++) {
+        card *k = &v->shown[i];
+        int preview = k->picture.width < v->run[i].half[0].width;
+        if (!k->fresh) continue;
+        canvas_upload(c, &v->texture[i], k->picture.width, k->picture.height, 3, k->picture.rgb, !preview);
+        k->fresh = 0;
+    }
+    pthread_mutex_unlock(&v->lock);
 }
 
 // ---- Rendering in slices
 
-static void restart(viewer *v) {
-    set_camera(v, v->run[0].settings.width, v->run[0].settings.height);
-    set_light(v);
+// Shows what there is of a run; its picture only if it is fresh.
+static void publish(viewer *v, int which) {
+    card *mine = &v->run[which].card, *shown = &v->shown[which];
+    pthread_mutex_lock(&v->lock);
+    image_bytes before = shown->picture;
+    int fresh = shown->fresh;
+    *shown = *mine;
+    if (mine->fresh) mine->picture = before;
+    else shown->picture = before, shown->fresh = fresh;
+    mine->fresh = 0;
+    pthread_mutex_unlock(&v->lock);
+}
+
+static void restart_run(run *r) {
+    for (int h = 0; h < 2; h++) {
+        memset(r->half[h].rgb, 0, image_count(r->half[h].width, r->half[h].height) * sizeof(float));
+        r->spp[h] = 0;
+    }
+    memset(r->preview.rgb, 0, image_count(r->preview.width, r->preview.height) * sizeof(float));
+    r->pixel = r->previewed = 0;
+    r->card.probes = r->card.shaded = 0;
+    r->card.passes = r->card.seconds = 0.0;
+    r->card.noise = -1.0;
+}
+
+// Takes the view that is wanted; returns whether there is a new one. A preview is not given up for
+// it at once, or one who turns the object would see nothing.
+static int take_view(viewer *v) {
+    int waits = !v->run[RUNS - 1].previewed && now() - v->begun < PATIENT;
+    pthread_mutex_lock(&v->lock);
+    int is_new = v->is_wanted && !waits;
+    view seen = v->wanted;
+    if (is_new) v->is_wanted = 0;
+    pthread_mutex_unlock(&v->lock);
+    if (!is_new) return 0;
+
+    v->begun = now();
+    v->masked = 0;
+    v->world.s.medium = seen.medium;
+    set_camera(&v->world, &seen, v->run[0].settings.width, v->run[0].settings.height);
+    set_light(&v->world, &seen);
     for (int i = 0; i < RUNS; i++) {
         run *r = &v->run[i];
         r->settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
-        r->settings.light_aware = i == RESAMPLED && v->light_aware;
-        r->settings.plan.candidates = v->w.candidates;
-        for (int h = 0; h < 2; h++) {
-            memset(r->half[h].rgb, 0, image_count(r->half[h].width, r->half[h].height) * sizeof(float));
-            r->spp[h] = 0;
-        }
-        r->probes = r->shaded = 0;
-        r->row = r->previewed = 0;
-        r->seconds = 0.0;
-        r->noise = -1.0;
+        r->settings.light_aware = i == RESAMPLED && seen.light_aware;
+        r->settings.plan.candidates = seen.candidates;
+        restart_run(r);
     }
+    return 1;
 }
 
-static void new_medium(viewer *v) {
-    sss_result wrong = set_medium(v);
-    if (wrong != SSS_OK) fail(2, "this medium cannot be: %s", sss_result_string(wrong));
-    restart(v);
-}
-
-// Which pixels' middles show the object.
+// The next rows of the mask.
 static void find_object(viewer *v) {
     int width = v->run[0].settings.width, height = v->run[0].settings.height;
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int y = 0; y < height; y++) {
+    int end = v->masked + ROWS < height ? v->masked + ROWS : height;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int y = v->masked; y < end; y++) {
         for (int x = 0; x < width; x++) {
             sss_vec3 d = tracer_camera(&v->world.s, width, height, (float)x + 0.5f, (float)y + 0.5f);
-            v->mask[y * width + x] = mesh_nearest(&v->world, v->world.s.eye, d, NULL).geometry == MESH_OBJECT;
+            mesh_hit hit = mesh_nearest(&v->world, v->world.s.eye, d, NULL);
+            v->mask[y * width + x] = hit.geometry == MESH_OBJECT;
         }
     }
+    v->masked = end;
 }
 
-// The picture so far, of both halves, as the screen shows it; and its noise: the relative variance that one half's
-// difference from the other tells of. Of n1 and n2 samples a pixel, the mean square of the difference is V/n1 + V/n2, V
-// a sample's variance, and that of the picture V/(n1 + n2).
+// The picture so far, of both halves, as the screen shows it; and its noise: the relative variance
+// that one half's difference from the other tells of. Of n1 and n2 samples a pixel, the mean square
+// of the difference is V/n1 + V/n2, V a sample's variance, and that of the picture V/(n1 + n2).
 static void show(viewer *v, run *r) {
     float n1 = (float)r->spp[0], n2 = (float)r->spp[1];
     double squares = 0.0, power = 0.0;
     if (!r->spp[0]) return;
-    for (size_t i = 0; i < image_count(r->shown.width, r->shown.height); i++) {
+    r->card.picture.width = r->half[0].width;
+    r->card.picture.height = r->half[0].height;
+    r->card.fresh = 1;
+    for (size_t i = 0; i < image_count(r->half[0].width, r->half[0].height); i++) {
         float a = r->half[0].rgb[i], b = r->half[1].rgb[i];
-        r->shown.rgb[i] = image_tone((a + b) / (n1 + n2), 1.0f);
+        r->card.picture.rgb[i] = image_tone((a + b) / (n1 + n2), 1.0f);
         if (!v->mask[i / 3] || !r->spp[1]) continue;
         double difference = (double)(a / n1) - (double)(b / n2);
         squares += difference * difference;
         power += (double)(a / n1) * (double)(b / n2);
     }
-    if (r->spp[1]) r->noise = power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
+    if (!r->spp[1]) return;
+    r->card.noise = power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
 }
 
-// Rows of an image, one sample a pixel more.
-static void render_rows(viewer *v, run *r, image *into, tracer_settings settings, int top, int rows, uint32_t sample) {
+// The next pixels of an image, one sample a pixel more, until `end`: whoever is free takes a batch. A
+// single pixel can take 50 ms where the mesh is tangled and the candidates are many.
+static void render_pixels(viewer *v, run *r, image *into, const tracer_settings *settings, uint32_t sample,
+                          double end) {
     unsigned long long probes = 0, shaded = 0;
+    int count = into->width * into->height, next = r->pixel;
 #pragma omp parallel reduction(+ : probes, shaded)
     {
         mesh_hits hits = {0, 0, NULL};
-#pragma omp for schedule(dynamic, 1)
-        for (int y = top; y < top + rows; y++) {
-            float *rgb = into->rgb + image_count(into->width, y);
-            for (int x = 0; x < into->width; x++, rgb += 3) {
-                tracer_result one = mesh_sample(&v->world, settings, x, y, sample, &hits);
+        while (now() < end) {
+            int first;
+#pragma omp atomic capture
+            { first = next; next += BATCH; }
+            for (int i = first; i < first + BATCH && i < count; i++) {
+                float *rgb = into->rgb + 3 * (size_t)i;
+                tracer_result one =
+                    mesh_sample(&v->world, *settings, i % into->width, i / into->width, sample, &hits);
                 rgb[0] += one.radiance.x;
                 rgb[1] += one.radiance.y;
                 rgb[2] += one.radiance.z;
                 probes += one.probes;
                 shaded += one.shaded;
             }
+            if (first >= count) break;
         }
         free(hits.hit);
     }
-    r->probes += probes;
-    r->shaded += shaded;
+    r->pixel = next < count ? next : count;
+    r->card.probes += probes;
+    r->card.shaded += shaded;
 }
 
-// One quick pass in large pixels, so that a turned object is there at once.
-static void render_preview(viewer *v, run *r) {
+// A part of one quick pass in large pixels, so that a turned object is there at once.
+static void render_preview(viewer *v, int which) {
+    run *r = &v->run[which];
     tracer_settings settings = r->settings;
-    image_bytes bytes;
+    int count = r->preview.width * r->preview.height;
     settings.width = r->preview.width;
     settings.height = r->preview.height;
-    memset(r->preview.rgb, 0, image_count(settings.width, settings.height) * sizeof(float));
-    render_rows(v, r, &r->preview, settings, 0, settings.height, 0);
-    r->probes = r->shaded = 0; // not part of the picture
-    r->previewed = 1;
-    if (!image_bytes_new(&bytes, settings.width, settings.height, 0)) fail(1, "out of memory");
-    image_blit(&bytes, &r->preview, 1.0f, 0, 0);
-    canvas_upload(&v->w.c, &r->texture, bytes.width, bytes.height, 3, bytes.rgb, 0);
-    free(bytes.rgb);
+    if (settings.plan.candidates > QUICK) settings.plan.candidates = QUICK;
+    render_pixels(v, r, &r->preview, &settings, 0, now() + SLICE);
+    r->card.probes = r->card.shaded = 0; // not part of the picture
+
+    r->previewed = r->pixel == count;
+    if (!r->previewed && now() - v->begun < PATIENT) return;
+    if (r->previewed) r->pixel = 0;
+    r->card.picture.width = r->preview.width;
+    r->card.picture.height = r->preview.height;
+    r->card.fresh = 1;
+    image_blit(&r->card.picture, &r->preview, 1.0f, 0, 0);
+    publish(v, which);
+    if (r->previewed) glfwPostEmptyEvent(); // the window need not wait any longer
 }
 
-// A few rows of a pass, as many as the slice has time for. The halves take turns.
-static void render_slice(viewer *v, run *r) {
+// A part of a pass. The halves take turns.
+static void render_slice(viewer *v, int which, double slice) {
+    run *r = &v->run[which];
     double start = now();
-    int h = r->spp[0] > r->spp[1], height = r->settings.height, rows = (int)(SLICE * r->rate);
+    int h = r->spp[0] > r->spp[1], count = r->settings.width * r->settings.height;
     tracer_settings settings = r->settings;
-    if (v->w.headless || rows > height - r->row) rows = height - r->row;
-    if (rows < 1) rows = 1;
     settings.seed = sss_hash(v->w.seed, (uint32_t)(2 * settings.method + h));
-    render_rows(v, r, &r->half[h], settings, r->row, rows, r->spp[h]);
-    r->seconds += now() - start;
-    r->rate = rows / (now() - start + 1e-9);
-    r->row += rows;
-    if (r->row < height) return;
-    r->row = 0;
-    r->spp[h]++;
-    if (v->w.headless) return;
-    show(v, r);
-    canvas_upload(&v->w.c, &r->texture, r->shown.width, r->shown.height, 3, r->shown.rgb, 1);
+    render_pixels(v, r, &r->half[h], &settings, r->spp[h], start + slice);
+    if (r->pixel == count) {
+        r->pixel = 0;
+        r->spp[h]++;
+    }
+    r->card.seconds += now() - start;
+    r->card.passes = (double)(r->spp[0] + r->spp[1]) + (double)r->pixel / count;
+    if (!v->w.headless && r->pixel == 0) show(v, r);
+    publish(v, which);
 }
 
-// Whose turn it is; NULL when all is done. Plain goes on until it has shaded as many points as resampled.
-static run *next_run(viewer *v) {
-    run *plain = &v->run[PLAIN], *resampled = &v->run[RESAMPLED];
+// Whose turn it is; RUNS when all is done. Plain goes on until it has shaded as many points as
+// resampled.
+static int next_run(const viewer *v) {
+    const run *plain = &v->run[PLAIN], *resampled = &v->run[RESAMPLED];
     uint32_t done = resampled->spp[0] + resampled->spp[1], passes = plain->spp[0] + plain->spp[1];
-    int behind = (double)plain->shaded * (1.0 + 0.5 / (passes ? passes : 1)) < (double)resampled->shaded;
-    if (plain->row > 0) return plain;
-    if (resampled->row > 0) return resampled;
-    if (behind || (done > 0 && passes < 2)) return plain;
-    return v->w.headless && done >= v->spp ? NULL : resampled;
+    double shaded = (double)plain->card.shaded * (1.0 + 0.5 / (passes ? passes : 1));
+    int behind = shaded < (double)resampled->card.shaded;
+    if (plain->pixel > 0) return PLAIN;
+    if (resampled->pixel > 0) return RESAMPLED;
+    if (behind || (done > 0 && passes < 2)) return PLAIN;
+    return v->w.headless && done >= v->spp ? RUNS : RESAMPLED;
+}
+
+// The painter. What it does comes after the window: the priority is this thread's on Linux, and that
+// of the threads which it starts.
+static void *paint(void *argument) {
+    viewer *v = (viewer *)argument;
+    int stops = 0;
+    setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + 5);
+    while (!stops) {
+        take_view(v);
+        if (!v->run[PLAIN].previewed) render_preview(v, PLAIN);
+        else if (!v->run[RESAMPLED].previewed) render_preview(v, RESAMPLED);
+        else if (v->masked < v->run[0].settings.height) find_object(v);
+        else render_slice(v, next_run(v), SLICE);
+        pthread_mutex_lock(&v->lock);
+        stops = v->stops;
+        pthread_mutex_unlock(&v->lock);
+    }
+    return NULL;
 }
 
 // ---- Drawing
@@ -327,12 +461,12 @@ static box picture_box(const canvas *c, const run *r, int which) {
 }
 
 static const char *resampled_name(const viewer *v) {
-    return v->light_aware ? "resampled, told of the light" : "resampled";
+    return v->view.light_aware ? "resampled, told of the light" : "resampled";
 }
 
 static void medium_text(const viewer *v, char *text, size_t room) {
     const triangle_mesh *m = &v->world.m;
-    const sss_medium *medium = &v->world.s.medium;
+    const sss_medium *medium = &v->view.medium;
     if (v->preset < 0) {
         snprintf(text, room, "albedo %.2f %.2f %.2f, diffuse mean free path %.3g %.3g %.3g units", (double)v->albedo[0],
                  (double)v->albedo[1], (double)v->albedo[2], (double)v->dmfp[0], (double)v->dmfp[1],
@@ -356,30 +490,31 @@ static void draw_label(canvas *c, float x, float y, int side, unsigned colour, c
     canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);
 }
 
-static void run_text(const viewer *v, int which, char *first, char *second, size_t room) {
-    const run *r = &v->run[which];
+static void run_text(viewer *v, int which, char *first, char *second, size_t room) {
     const char *name = which == PLAIN ? "plain" : resampled_name(v);
-    double plain = v->run[PLAIN].noise;
+    pthread_mutex_lock(&v->lock);
+    const card *k = &v->shown[which];
+    double plain = v->shown[PLAIN].noise;
     snprintf(first, room, "%s", name);
-    if (r->noise >= 0.0) snprintf(first, room, "%s: noise %.4f", name, r->noise);
-    if (which == RESAMPLED && plain > 0.0 && r->noise > 0.0)
-        snprintf(first, room, "%s: noise %.4f, %.2f of plain's", name, r->noise, r->noise / plain);
+    if (k->noise >= 0.0) snprintf(first, room, "%s: noise %.4f", name, k->noise);
+    if (which == RESAMPLED && plain > 0.0 && k->noise > 0.0)
+        snprintf(first, room, "%s: noise %.4f, %.2f of plain's", name, k->noise, k->noise / plain);
     snprintf(second, room, "%.1f samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
-             (double)(r->spp[0] + r->spp[1]) + (double)r->row / r->settings.height, r->seconds,
-             1e-6 * (double)r->probes, 1e-6 * (double)r->shaded);
+             k->passes, k->seconds, 1e-6 * (double)k->probes, 1e-6 * (double)k->shaded);
+    pthread_mutex_unlock(&v->lock);
 }
 
 static void draw_run(viewer *v, canvas *c, int which) {
     char first[200], second[200];
-    run *r = &v->run[which];
-    const box b = picture_box(c, r, which);
+    const box b = picture_box(c, &v->run[which], which);
     const float at[4] = {b.x, b.y, b.width, b.height}, all[4] = {0.0f, 0.0f, 1.0f, 1.0f};
     unsigned colour = which == PLAIN ? TEXT : CHOSEN;
-    if (r->texture) canvas_image(c, r->texture, at, all, 0xffffffffu);
+    if (v->texture[which]) canvas_image(c, v->texture[which], at, all, 0xffffffffu);
     run_text(v, which, first, second, sizeof first);
     draw_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : resampled_name(v));
     canvas_text(c, b.x, b.y + b.height + 26.0f, 19.0f, CANVAS_LEFT, colour, first);
     canvas_text(c, b.x, b.y + b.height + 47.0f, 14.0f, CANVAS_LEFT, QUIET, second);
+    canvas_look(c);
 }
 
 static void draw_keys(viewer *v, canvas *c, float y) {
@@ -390,7 +525,7 @@ static void draw_keys(viewer *v, canvas *c, float y) {
     x = canvas_key(c, x, y, '-', "");
     snprintf(text, sizeof text, "candidates: %d", v->w.candidates);
     x = canvas_key(c, x, y, '+', text);
-    x = canvas_key(c, x, y, 'L', v->light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'L', v->view.light_aware ? "forget the light" : "tell of the light");
     x = window_last_keys(&v->w, x, y);
     canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, v->w.note[0] ? v->w.note : "drag to turn, wheel to zoom");
 }
@@ -399,12 +534,14 @@ static void draw(viewer *v, canvas *c) {
     char text[300], medium[200];
     const triangle_mesh *m = &v->world.m;
     canvas_begin(c, PAGE);
+    canvas_look(c);
     const box b = picture_box(c, &v->run[PLAIN], PLAIN);
     snprintf(text, sizeof text, "%.60s: %u triangles, %.4g \xc3\x97 %.4g \xc3\x97 %.4g units", base_name(v->file),
              m->triangles, m->size[0], m->size[1], m->size[2]);
     canvas_text(c, b.x, 38.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     medium_text(v, medium, sizeof medium);
     canvas_text(c, b.x, 66.0f, 16.0f, CANVAS_LEFT, QUIET, medium);
+    canvas_look(c);
     draw_run(v, c, PLAIN);
     draw_run(v, c, RESAMPLED);
     snprintf(text, sizeof text,
@@ -419,47 +556,51 @@ static void draw(viewer *v, canvas *c) {
                     "have shaded the same number of points.");
     } else {
         draw_keys(v, c, c->height - 14.0f);
+        canvas_look(c);
     }
 }
 
 // ---- The window
 
-static void change_scale(viewer *v, float factor) {
-    float kept[3];
-    double millimetres = v->millimetres;
-    memcpy(kept, v->dmfp, sizeof kept);
-    if (v->preset >= 0) v->millimetres *= (double)factor;
-    for (int c = 0; c < 3 && v->preset < 0; c++) v->dmfp[c] *= factor;
-    if (set_medium(v) != SSS_OK) {
-        memcpy(v->dmfp, kept, sizeof kept);
-        v->millimetres = millimetres;
+// Within the ranges of the options.
+static void change_scale(viewer *v, double factor) {
+    double millimetres = v->millimetres * factor;
+    int own = v->preset < 0;
+    int good = own || (millimetres >= LEAST_SIZE && millimetres <= MOST_SIZE);
+    for (int c = 0; c < 3 && own; c++) {
+        double dmfp = (double)v->dmfp[c] * factor;
+        good &= dmfp == 0.0 || (dmfp >= LEAST_DMFP && dmfp <= MOST_DMFP);
     }
-    new_medium(v);
+    if (!good) return;
+    if (!own) v->millimetres = millimetres;
+    for (int c = 0; c < 3 && own; c++) v->dmfp[c] = (float)((double)v->dmfp[c] * factor);
+    want_medium(v);
 }
 
 // Returns 0 for the key that ends the program.
 static int press_key(viewer *v, int code) {
     if (code == 'S' || code == 'F') return 1; // the other windows' scene and profile
     window_change change = window_key(&v->w, code);
-    if (change == WINDOW_CANDIDATES) restart(v);
-    if (code == 'M') v->preset = v->preset + 1 < PRESET_COUNT ? v->preset + 1 : -1, new_medium(v);
-    if (code == '[') change_scale(v, 0.8f);
-    if (code == ']') change_scale(v, 1.25f);
-    if (code == 'L') v->light_aware = !v->light_aware, restart(v);
+    v->view.candidates = v->w.candidates;
+    if (code == 'L') v->view.light_aware = !v->view.light_aware;
+    if (code == 'L' || change == WINDOW_CANDIDATES) want(v);
+    if (code == 'M') v->preset = v->preset + 1 < PRESET_COUNT ? v->preset + 1 : -1, want_medium(v);
+    if (code == '[') change_scale(v, 0.8);
+    if (code == ']') change_scale(v, 1.25);
     return change != WINDOW_QUIT;
 }
 
 static void turn_view(viewer *v, const canvas_event *event) {
-    v->turn -= 0.5f * (event->x - v->mouse_x);
-    v->tilt = scene_max(2.0f, scene_min(88.0f, v->tilt + 0.4f * (event->y - v->mouse_y)));
+    v->view.turn -= 0.5f * (event->x - v->mouse_x);
+    v->view.tilt = scene_max(2.0f, scene_min(88.0f, v->view.tilt + 0.4f * (event->y - v->mouse_y)));
     v->mouse_x = event->x;
     v->mouse_y = event->y;
-    restart(v);
+    want(v);
 }
 
 static int handle(viewer *v, canvas *c) {
     canvas_event event;
-    while (canvas_next_event(c, &event)) {
+    while (!v->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         if (event.kind == CANVAS_KEY && !press_key(v, event.code)) return 0;
         if (event.kind == CANVAS_RELEASE) v->dragging = 0;
         if (event.kind == CANVAS_PRESS) {
@@ -469,28 +610,27 @@ static int handle(viewer *v, canvas *c) {
         }
         if (event.kind == CANVAS_MOVE && v->dragging) turn_view(v, &event);
         if (event.kind == CANVAS_WHEEL) {
-            v->zoom = scene_max(0.2f, scene_min(4.0f, v->zoom * powf(0.9f, event.wheel)));
-            restart(v);
+            v->view.zoom = scene_max(0.2f, scene_min(4.0f, v->view.zoom * powf(0.9f, event.wheel)));
+            want(v);
         }
     }
     return !canvas_closing(c);
 }
 
 static void run_window(viewer *v, canvas *c) {
+    int code = pthread_create(&v->painter, NULL, paint, v);
+    if (code) fail(1, "cannot start a thread: %s", strerror(code));
     while (handle(v, c)) {
-        int asked = 0;
-        for (int i = 0; i < RUNS; i++) {
-            if (v->run[i].previewed) continue;
-            if (i == 0) find_object(v);
-            render_preview(v, &v->run[i]);
-        }
-        for (double end = now() + REFRESH; !asked && now() < end; asked = canvas_poll(c, 0.0)) {
-            render_slice(v, next_run(v));
-        }
+        upload_cards(v, c);
         draw(v, c);
         window_show(&v->w);
-        canvas_poll(c, 0.0);
+        canvas_poll(c, REFRESH);
     }
+    glfwHideWindow(c->window); // the painter may still have a pixel to end
+    pthread_mutex_lock(&v->lock);
+    v->stops = 1;
+    pthread_mutex_unlock(&v->lock);
+    pthread_join(v->painter, NULL);
 }
 
 // ---- Without a window
@@ -505,26 +645,33 @@ static void show_progress(viewer *v, double start) {
             (time - start) * (1.0 / share - 1.0));
 }
 
-static void render_headless(viewer *v, canvas *c) {
+// Returns the exit code, unless the picture cannot be written.
+static int render_headless(viewer *v, canvas *c) {
     char first[200], second[200];
     double start = v->reported = now();
-    find_object(v);
-    for (run *r; (r = next_run(v));) {
-        render_slice(v, r);
+    int next;
+    interrupt_await();
+    take_view(v);
+    while (v->masked < v->run[0].settings.height) find_object(v);
+    while ((next = next_run(v)) < RUNS && !interrupted()) {
+        render_slice(v, next, HUGE_VAL);
         show_progress(v, start);
     }
     if (isatty(STDERR_FILENO)) fprintf(stderr, "\r%60s\r", "");
+    if (next < RUNS)
+        fprintf(stderr, "mesh: stopped after %.0f of %u samples a pixel\n", v->run[RESAMPLED].card.passes, v->spp);
     for (int i = 0; i < RUNS; i++) {
-        run *r = &v->run[i];
-        show(v, r);
-        canvas_upload(c, &r->texture, r->shown.width, r->shown.height, 3, r->shown.rgb, 1);
+        show(v, &v->run[i]);
+        publish(v, i);
     }
     for (int i = 0; i < RUNS; i++) {
         run_text(v, i, first, second, sizeof first);
         printf("%s; %s\n", first, second);
     }
+    upload_cards(v, c);
     draw(v, c);
     window_save(&v->w);
+    return next < RUNS ? 130 : 0;
 }
 
 // ---- Command line
@@ -542,29 +689,36 @@ static void parse_colours(const char *option, const char *text, double least, do
 
 // How many words the option takes.
 static int parse_option(viewer *v, const char *name, const char *value) {
-    static const char *const names[] = {"--preset", "--scale", "--dmfp", "--albedo", "--up", "--turn", "--spp"};
     if (strncmp(name, "--", 2) != 0) {
         if (v->file) fail(2, "one file at a time: after %s comes %s", v->file, name);
         v->file = name;
         return 1;
     }
-    if (strcmp(name, "--light-aware") == 0) return v->light_aware = 1;
+    if (strcmp(name, "--light-aware") == 0) return v->view.light_aware = 1;
     if (strcmp(name, "--scene") != 0 && strcmp(name, "--profile") != 0) {
         int taken = window_option(&v->w, usage, name, value);
         if (taken) return taken;
     }
-    switch (option_index(names, 7, name, value)) {
-    case 0:
+    if (is_option("--preset", name, value)) {
         parse_word(name, value, PRESETS);
         for (v->preset = 0; strcmp(preset[v->preset].name, value) != 0;) v->preset++;
-        break;
-    case 1: v->millimetres = parse_real(name, value, 1e-3, 1e6), v->has_scale = 1; break;
-    case 2: parse_colours(name, value, 0.0, 1e12, v->dmfp), v->has_dmfp = 1; break;
-    case 3: parse_colours(name, value, 0.0, 1.0, v->albedo), v->has_albedo = 1; break;
-    case 4: v->up = parse_word(name, value, "y z"); break;
-    case 5: v->turn += (float)parse_real(name, value, -360.0, 360.0); break;
-    case 6: v->spp = (uint32_t)parse_number(name, value, 2, 1000000); break;
-    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    } else if (is_option("--scale", name, value)) {
+        v->millimetres = parse_real(name, value, LEAST_SIZE, MOST_SIZE);
+        v->has_scale = 1;
+    } else if (is_option("--dmfp", name, value)) {
+        parse_colours(name, value, 0.0, MOST_DMFP, v->dmfp);
+        v->has_dmfp = 1;
+    } else if (is_option("--albedo", name, value)) {
+        parse_colours(name, value, 0.0, 1.0, v->albedo);
+        v->has_albedo = 1;
+    } else if (is_option("--up", name, value)) {
+        v->up = parse_word(name, value, "y z");
+    } else if (is_option("--turn", name, value)) {
+        v->view.turn += (float)parse_real(name, value, -360.0, 360.0);
+    } else if (is_option("--spp", name, value)) {
+        v->spp = (uint32_t)parse_number(name, value, 2, 1000000);
+    } else {
+        fail(2, "unknown option '%s'; --help lists what there is", name);
     }
     return 2;
 }
@@ -575,14 +729,15 @@ static void parse(viewer *v, int count, char **words) {
     memcpy(v->albedo, albedo, sizeof albedo);
     v->preset = -1;
     v->millimetres = 50.0;
-    v->turn = 30.0f;
-    v->tilt = 17.0f;
-    v->zoom = 1.0f;
+    v->view.turn = 30.0f;
+    v->view.tilt = 17.0f;
+    v->view.zoom = 1.0f;
     v->spp = 32;
     for (int i = 1; i < count;) i += parse_option(v, words[i], i + 1 < count ? words[i + 1] : NULL);
     if (!v->file) fail(2, "which file? --help lists what there is");
     if (v->preset >= 0 && (v->has_dmfp || v->has_albedo)) fail(2, "--preset is in place of --dmfp and --albedo");
     if (v->preset < 0 && v->has_scale) fail(2, "--scale goes with --preset; --dmfp is in the file's units");
+    v->view.candidates = v->w.candidates;
 }
 
 // ---- All of it
@@ -603,7 +758,9 @@ static void make_pictures(viewer *v) {
         r->settings.height = height;
         good &= image_new(&r->half[0], width, height) && image_new(&r->half[1], width, height);
         good &= image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
-        good &= image_bytes_new(&r->shown, width, height, 0);
+        good &= image_bytes_new(&r->card.picture, width, height, 0);
+        good &= image_bytes_new(&v->shown[i].picture, width, height, 0);
+        v->shown[i].noise = -1.0;
     }
     v->mask = (unsigned char *)malloc((size_t)width * (size_t)height);
     if (!good || !v->mask) fail(1, "out of memory");
@@ -614,7 +771,8 @@ static void free_pictures(viewer *v) {
         free(v->run[i].half[0].rgb);
         free(v->run[i].half[1].rgb);
         free(v->run[i].preview.rgb);
-        free(v->run[i].shown.rgb);
+        free(v->run[i].card.picture.rgb);
+        free(v->shown[i].picture.rgb);
     }
     free(v->mask);
 }
@@ -624,23 +782,25 @@ int main(int count, char **words) {
     static const float relative[3] = {0.30f, 0.12f, 0.05f}; // diffuse mean free paths over half the diagonal
     canvas *c = &v.w.c;
     parse(&v, count, words);
-    const char *wrong = image_check_writable(v.w.png);
+    const char *wrong = output_try(v.w.png);
     if (wrong) fail(2, "cannot write %s: %s", v.w.png, wrong);
     load_object(&v);
     const triangle_mesh *m = &v.world.m;
     for (int k = 0; k < 3 && !v.has_dmfp; k++) v.dmfp[k] = relative[k] * (float)(MESH_RADIUS / m->unit);
     make_pictures(&v);
-    new_medium(&v);
+    pthread_mutex_init(&v.lock, NULL);
+    want_medium(&v);
     char medium[200];
     medium_text(&v, medium, sizeof medium);
     printf("%s: %u triangles, %.6g x %.6g x %.6g units; %s\n", v.file, m->triangles, m->size[0], m->size[1], m->size[2],
            medium);
     wrong = canvas_open(c, "mesh", v.w.headless, v.w.width, v.w.height, 1280.0f, 720.0f);
-    if (!wrong && v.w.headless) render_headless(&v, c);
+    int code = 0;
+    if (!wrong && v.w.headless) code = render_headless(&v, c);
     if (!wrong && !v.w.headless) run_window(&v, c);
     window_close(&v.w);
     free_pictures(&v);
     mesh_close(&v.world);
     if (wrong) fail(3, "%s", wrong);
-    return v.w.failed;
+    return v.w.failed ? 1 : code;
 }

@@ -1,6 +1,6 @@
 // noise.c - one picture rendered twice at the same price, plain on the left and resampled on the right, and the error
 // of both, while it grows. In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "noise"
 #include "common/device.h"
@@ -87,7 +87,7 @@ static void restart(noise *n, int reference_too) {
 
 static void set_scene(noise *n) {
     int width = n->run[0].settings.width, height = n->run[0].settings.height;
-    load_scene(&n->s, window_scene[n->w.scene], window_profile[n->w.profile], 1.0f);
+    load_scene(&n->s, n->w.scene, window_profile[n->w.profile], 1.0f);
     for (int i = 0; i < width * height; i++) {
         n->mask[i] = (unsigned char)tracer_sees_object(&n->s, width, height, i % width, i / width);
     }
@@ -419,20 +419,20 @@ static void run_window(noise *n, canvas *c) {
 
 // How many words the option takes.
 static int parse_option(noise *n, const char *name, const char *value) {
-    static const char *const names[] = {"--device", "--against", "--spp", "--reference"};
     int taken = window_option(&n->w, usage, name, value);
     if (taken) return taken;
     if (strcmp(name, "--light-aware") == 0) return n->light_aware = 1;
     if (strcmp(name, "--same-time") == 0) return n->same_time = 1;
-    switch (option_index(names, 4, name, value)) {
-    case 0:
-        n->device = value;
-        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
-        break;
-    case 1: n->against = value; break;
-    case 2: n->spp = (uint32_t)parse_number(name, value, 1, 1000000); break;
-    case 3: n->reference = (uint32_t)parse_number(name, value, 2, 1000000); break;
-    default: fail(2, "unknown option '%s'; --help lists what there is", name);
+    if (is_option("--device", name, value)) {
+        n->device = parse_device(name, value);
+    } else if (is_option("--against", name, value)) {
+        n->against = value;
+    } else if (is_option("--spp", name, value)) {
+        n->spp = (uint32_t)parse_number(name, value, 1, 1000000);
+    } else if (is_option("--reference", name, value)) {
+        n->reference = (uint32_t)parse_number(name, value, 2, 1000000);
+    } else {
+        fail(2, "unknown option '%s'; --help lists what there is", name);
     }
     return 2;
 }
@@ -440,7 +440,7 @@ static int parse_option(noise *n, const char *name, const char *value) {
 static void make_pictures(noise *n) {
     int width = WIDTH, height = HEIGHT;
     image against = {0, 0, NULL};
-    const char *wrong = n->against ? image_read_pfm(&against, n->against, NULL, 0) : NULL;
+    const char *wrong = n->against ? file_read_pfm(&against, n->against, NULL) : NULL;
     if (wrong) fail(2, "cannot read %s: %s", n->against, wrong);
     if (n->against) width = against.width, height = against.height;
     n->mask = (unsigned char *)malloc((size_t)width * (size_t)height);
@@ -486,7 +486,7 @@ int main(int count, char **words) {
     n.divider = 0.5f;
     n.device = "cpu";
     for (int i = 1; i < count;) i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
-    const char *wrong = image_check_writable(n.w.png);
+    const char *wrong = output_try(n.w.png);
     if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
     make_pictures(&n);
     set_scene(&n);

@@ -1,14 +1,11 @@
 // render.c - pictures of translucent things, and how far each is from the truth. See --help.
 // SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
-
-#include <signal.h>
-#include <unistd.h>
+#define _XOPEN_SOURCE 700
 
 #define COMMAND "render"
 #include "common/command.h"
 #include "common/device.h"
-#include "common/image.h"
+#include "common/files.h"
 #include "common/tracer.h"
 
 #define RENDER_COMPARE_SPP       8     // of the resampled panels
@@ -45,10 +42,11 @@ static const char usage[] =
     "  --list-devices\n"
     "  --help\n"
     "\n"
-    "Ctrl-C ends a picture early: what is done by then is written, and the exit code is 130.\n";
+    "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit code is 130.\n";
 
 typedef struct options {
-    const char *scene, *method, *profile;
+    int scene;
+    const char *method, *profile;
     tracer_settings settings;
     int spp, compare, merge_count;
     uint32_t first_sample;
@@ -58,8 +56,7 @@ typedef struct options {
     const char *rendering;  // the first option that means nothing to --merge
 } options;
 
-static device_set devices;                    // they live as long as the program
-static volatile sig_atomic_t interrupted = 0; // Ctrl-C
+static device_set devices; // they live as long as the program
 
 // ---- Command line
 
@@ -95,37 +92,62 @@ static int parse_flag(options *o, const char *name) {
     return 1;
 }
 
+// What resampling alone takes; 0 when it is another option.
+static int parse_resampling(options *o, const char *name, const char *value) {
+    sss_plan *plan = &o->settings.plan;
+    if (is_option("--candidates", name, value)) {
+        plan->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
+    } else if (is_option("--exits", name, value)) {
+        plan->exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
+    } else if (is_option("--techniques", name, value)) {
+        plan->techniques = parse_techniques(value);
+    } else {
+        return 0;
+    }
+    o->resampling = o->rendering = name;
+    return 1;
+}
+
+// What --merge takes too; 0 when it is another option.
+static int parse_picture(options *o, const char *name, const char *value) {
+    if (is_option("--png", name, value)) {
+        o->png = value;
+    } else if (is_option("--pfm", name, value)) {
+        o->pfm = value;
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
 // An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
 static int parse_value(options *o, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--method",     "--profile", "--spp",          "--size",
-                                        "--seed",  "--candidates", "--exits",   "--techniques",   "--png",
-                                        "--pfm",   "--stats",      "--against", "--first-sample", "--device"};
-    size_t i = 0, count = sizeof names / sizeof *names;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i == count) return 0;
-    if (!value) fail(2, "%s wants a value", name);
-    if (i >= 6 && i <= 8) o->resampling = names[i];
-    if (i != 9 && i != 10) o->rendering = names[i];
-    switch (i) {
-    case 0: o->scene = parse_word(name, value, "bear sphere slab corner needles"); break;
-    case 1: o->method = parse_word(name, value, "resampled plain reference"); break;
-    case 2: o->profile = parse_word(name, value, "burley dipole better-dipole"); break;
-    case 3: o->spp = (int)parse_number(name, value, 1, 1000000); break;
-    case 4: parse_size(value, &o->settings.width, &o->settings.height); break;
-    case 5: o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 6: o->settings.plan.candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 7: o->settings.plan.exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS); break;
-    case 8: o->settings.plan.techniques = parse_techniques(value); break;
-    case 9: o->png = value; break;
-    case 10: o->pfm = value; break;
-    case 11: o->stats = value; break;
-    case 12: o->against = value; break;
-    case 13: o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    default:
-        o->device = value;
-        if (!device_is_name(value)) fail(2, "--device wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", value);
-        break;
+    if (parse_picture(o, name, value)) return 1;
+    if (parse_resampling(o, name, value)) return 1;
+    if (is_option("--scene", name, value)) {
+        o->scene = parse_scene(name, value);
+    } else if (is_option("--method", name, value)) {
+        o->method = parse_word(name, value, "resampled plain reference");
+    } else if (is_option("--profile", name, value)) {
+        o->profile = parse_word(name, value, "burley dipole better-dipole");
+    } else if (is_option("--spp", name, value)) {
+        o->spp = (int)parse_number(name, value, 1, 1000000);
+    } else if (is_option("--size", name, value)) {
+        parse_size(value, &o->settings.width, &o->settings.height);
+    } else if (is_option("--seed", name, value)) {
+        o->settings.seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--stats", name, value)) {
+        o->stats = value;
+    } else if (is_option("--against", name, value)) {
+        o->against = value;
+    } else if (is_option("--first-sample", name, value)) {
+        o->first_sample = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--device", name, value)) {
+        o->device = parse_device(name, value);
+    } else {
+        return 0;
     }
+    o->rendering = name;
     return 1;
 }
 
@@ -147,7 +169,7 @@ static void check_merge(options *o) {
 
 static void parse(options *o, int count, char **words) {
     memset(o, 0, sizeof *o);
-    o->scene = "bear";
+    o->scene = SCENES_BEAR;
     o->profile = "burley";
     o->device = "cpu";
     o->settings.width = 360;
@@ -185,11 +207,15 @@ static void parse(options *o, int count, char **words) {
 }
 
 static void check_outputs(const options *o) {
-    const char *paths[3];
-    paths[0] = o->png, paths[1] = o->pfm, paths[2] = o->stats;
+    static const char *const names[3] = {"--png", "--pfm", "--stats"};
+    const char *const paths[3] = {o->png, o->pfm, o->stats};
     for (int i = 0; i < 3; i++) {
-        const char *wrong = paths[i] ? image_check_writable(paths[i]) : NULL;
+        const char *wrong = paths[i] ? output_try(paths[i]) : NULL;
         if (wrong) fail(2, "cannot write %s: %s", paths[i], wrong);
+        for (int k = 0; k < i; k++) {
+            if (!paths[i] || !paths[k] || !output_same(paths[i], paths[k])) continue;
+            fail(2, "%s and %s are the same file, %s", names[k], names[i], paths[i]);
+        }
     }
 }
 
@@ -288,7 +314,7 @@ static void render_run(const scene *s, run *r, progress *p, const char *label, d
     int done = 0, count = 1;
     p->label = label;
     r->picture = new_image(&r->settings);
-    while (done == 0 || (done < r->spp && !interrupted)) {
+    while (done == 0 || (done < r->spp && !interrupted())) {
         render_samples(s, &r->settings, &r->picture, r->first + (uint32_t)done, count, &r->work, p, cost);
         done += count;
         double a_second = done / (now() - start + 1e-6);
@@ -304,39 +330,50 @@ static void write_run(FILE *file, const options *o, const run *r) {
     double mean[3];
     image_mean(&r->picture, mean);
     fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ",
-            o->scene, r->method, o->device, r->spp, r->seconds);
+            scenes_known[o->scene].name, r->method, o->device, r->spp, r->seconds);
     fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->work.probes, r->work.shaded,
             mean[0], mean[1], mean[2]);
     if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
     fputc('}', file);
 }
 
-// One run is a JSON object, several are an array.
-static void write_stats(const options *o, const run *runs, int count) {
-    FILE *file = fopen(o->stats, "w");
-    if (!file) fail(1, "cannot write %s: %s", o->stats, strerror(errno));
-    if (count > 1) fputs("[", file);
-    for (int i = 0; i < count; i++) {
-        if (i > 0) fputs(",\n ", file);
-        write_run(file, o, &runs[i]);
+// One run is a JSON object, several are an array of those that Ctrl-C has left time for.
+static const char *write_stats(const options *o, const run *runs, int count) {
+    output out;
+    const char *wrong = output_begin(&out, o->stats);
+    if (wrong) return wrong;
+    if (count > 1) fputs("[", out.file);
+    for (int i = 0, written = 0; i < count; i++) {
+        if (!runs[i].spp) continue;
+        if (written++) fputs(",\n ", out.file);
+        write_run(out.file, o, &runs[i]);
     }
-    fputs(count > 1 ? "]\n" : "\n", file);
-    if (ferror(file) | fclose(file)) fail(1, "cannot write %s to the end", o->stats);
+    fputs(count > 1 ? "]\n" : "\n", out.file);
+    return output_end(&out, 1);
 }
 
-static void write_png(const char *path, const image_bytes *bytes) {
-    const char *wrong = image_write_png(bytes, path);
-    if (wrong) fail(1, "cannot write %s: %s", path, wrong);
+static const char *write_png(const char *path, const image *picture) {
+    image_bytes bytes;
+    if (!image_bytes_new(&bytes, picture->width, picture->height, 0)) return "does not fit into memory";
+    image_blit(&bytes, picture, 1.0f, 0, 0);
+    const char *wrong = file_write_png(path, &bytes);
+    free(bytes.rgb);
+    return wrong;
+}
+
+// One output that fails leaves the others as they are. Returns whether it failed.
+static int tell_written(const char *path, const char *wrong) {
+    if (wrong) fprintf(stderr, "render: cannot write %s: %s\n", path, wrong);
+    else printf("wrote %s\n", path);
+    return wrong != NULL;
 }
 
 // ---- Which samples a picture holds: lines behind the pixels of a PFM, one for each unbroken range
 
 #define NOTE_LINE 128
-#define NOTE_ROOM 65536
 
 typedef struct sample_range {
-    unsigned long long first, count;
-    unsigned seed;
+    unsigned long long first, count, seed;
     char of[64]; // scene and profile
     const char *file;
 } sample_range;
@@ -362,14 +399,14 @@ static void add_range(sample_ranges *ranges, const sample_range *range) {
 
 // Adds the ranges that a note tells of; returns how many samples a pixel they are, 0 for a note that is none.
 static unsigned long long read_note(sample_ranges *ranges, const char *note, const char *file) {
-    unsigned long long total = 0;
+    unsigned long long total = 0, most = 4294967296u;
     while (*note) {
         sample_range r;
-        int length = 0;
+        int length = 0; // ten digits: a longer number ends the reading, and does not wrap around
         r.file = file;
-        if (sscanf(note, "samples %llu %llu seed %u of %63[a-z -]%n", &r.first, &r.count, &r.seed, r.of, &length) !=
-                4 ||
-            note[length] != '\n' || r.count < 1 || r.count > 4294967296u || r.first > 4294967296u - r.count) {
+        if (sscanf(note, "samples %10llu %10llu seed %10llu of %63[a-z -]%n", &r.first, &r.count, &r.seed, r.of,
+                   &length) != 4 ||
+            note[length] != '\n' || r.seed >= most || r.count < 1 || r.count > most || r.first > most - r.count) {
             return 0;
         }
         add_range(ranges, &r);
@@ -393,7 +430,7 @@ static void join_ranges(sample_ranges *ranges) {
         sample_range *last = &ranges->range[kept], *next = &ranges->range[i];
         if (strcmp(last->of, next->of) != 0) fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
         if (last->seed == next->seed && next->first < last->first + last->count) {
-            fail(2, "%s and %s share samples, from %llu of seed %u", last->file, next->file, next->first, next->seed);
+            fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file, next->first, next->seed);
         }
         if (last->seed == next->seed && next->first == last->first + last->count)
             last->count += next->count;
@@ -407,7 +444,7 @@ static void join_ranges(sample_ranges *ranges) {
 
 static image load_against(const options *o) {
     image against;
-    const char *wrong = image_read_pfm(&against, o->against, NULL, 0);
+    const char *wrong = file_read_pfm(&against, o->against, NULL);
     if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
     if (against.width != o->settings.width || against.height != o->settings.height) {
         fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height, o->settings.width,
@@ -416,44 +453,20 @@ static image load_against(const options *o) {
     return against;
 }
 
-static void write_picture(const options *o, const image *picture, const char *note) {
-    if (o->pfm) {
-        const char *wrong = image_write_pfm(picture, o->pfm, note);
-        if (wrong) fail(1, "cannot write %s: %s", o->pfm, wrong);
-        printf("wrote %s\n", o->pfm);
-    }
-    if (o->png) {
-        image_bytes bytes;
-        if (!image_bytes_new(&bytes, picture->width, picture->height, 0)) fail(1, "out of memory");
-        image_blit(&bytes, picture, 1.0f, 0, 0);
-        write_png(o->png, &bytes);
-        printf("wrote %s\n", o->png);
-        free(bytes.rgb);
-    }
+// Returns whether some output failed.
+static int write_picture(const options *o, const image *picture, const char *note) {
+    int failed = 0;
+    if (o->pfm) failed |= tell_written(o->pfm, file_write_pfm(o->pfm, picture, note));
+    if (o->png) failed |= tell_written(o->png, write_png(o->png, picture));
+    return failed;
 }
 
-static void stop_at_interrupt(int signal_number) {
-    (void)signal_number;
-    interrupted = 1;
-}
-
-// Once: a second Ctrl-C ends the program as ever.
-static void await_interrupt(void) {
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = stop_at_interrupt;
-    action.sa_flags = (int)(SA_RESETHAND | SA_RESTART);
-    sigaction(SIGINT, &action, NULL);
-}
-
-static void write_outputs(const options *o, const run *r) {
+static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
-    if (o->stats) {
-        write_stats(o, r, 1);
-        printf("wrote %s\n", o->stats);
-    }
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, o->scene, o->profile);
-    write_picture(o, &r->picture, note);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, o->profile);
+    int failed = write_picture(o, &r->picture, note);
+    if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
+    return failed;
 }
 
 // The exit code.
@@ -471,22 +484,23 @@ static int render_one(const options *o) {
     if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, r.spp);
-    render_run(&s, &r, &p, o->scene, 1.0);
+    render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
-    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", o->scene, o->method, r.spp, r.seconds,
+    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", scenes_known[o->scene].name, o->method, r.spp, r.seconds,
            r.work.probes, r.work.shaded);
     if (o->against) {
         unsigned char *mask = object_mask(&s, &r.settings);
         r.relative_mse = image_relative_mse(&r.picture, &against, &against, mask);
-        printf(", relative MSE %.4g", r.relative_mse);
+        if (r.relative_mse >= 0.0) printf(", relative MSE %.4g", r.relative_mse);
+        else printf(", relative MSE not defined: %s is black there", o->against);
         free(mask);
         free(against.rgb);
     }
     printf("\n");
-    write_outputs(o, &r);
+    int failed = write_outputs(o, &r);
     free(r.picture.rgb);
-    return r.spp < o->spp ? 130 : 0;
+    return failed ? 1 : r.spp < o->spp ? 130 : 0;
 }
 
 // ---- Parts of a picture, joined
@@ -494,9 +508,8 @@ static int render_one(const options *o) {
 // Adds a file's picture to the sum as often as it has samples; returns their number. The first file sets the size.
 static unsigned long long add_part(const char *file, image *size, double **sum, sample_ranges *ranges) {
     image part;
-    char *note = (char *)malloc(NOTE_ROOM);
-    if (!note) fail(1, "out of memory");
-    const char *wrong = image_read_pfm(&part, file, note, NOTE_ROOM);
+    char *note = NULL;
+    const char *wrong = file_read_pfm(&part, file, &note);
     if (wrong) fail(2, "cannot read %s: %s", file, wrong);
     size_t numbers = image_count(part.width, part.height);
     if (!*sum) {
@@ -516,7 +529,8 @@ static unsigned long long add_part(const char *file, image *size, double **sum, 
     return count;
 }
 
-static void merge(const options *o) {
+// The exit code, like those of the other tasks.
+static int merge(const options *o) {
     image whole = {0, 0, NULL};
     sample_ranges ranges = {0, 0, NULL};
     double *sum = NULL;
@@ -527,15 +541,16 @@ static void merge(const options *o) {
     if (!note || !image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
     for (int i = 0; i < ranges.count; i++) {
         const sample_range *r = &ranges.range[i];
-        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %u of %s\n", r->first, r->count, r->seed, r->of);
+        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count, r->seed, r->of);
     }
     for (size_t i = 0; i < image_count(whole.width, whole.height); i++) whole.rgb[i] = (float)(sum[i] / (double)total);
     printf("%d files, %llu samples a pixel\n", o->merge_count, total);
-    write_picture(o, &whole, note);
+    int failed = write_picture(o, &whole, note);
     free(note);
     free(sum);
     free(whole.rgb);
     free(ranges.range);
+    return failed;
 }
 
 // ---- Three pictures at the same number of shaded points
@@ -567,17 +582,17 @@ static int measure_runs(const scene *s, run *runs, progress *p, double deadline)
     p->label = "brute force reference";
     half[0] = new_image(&settings);
     half[1] = new_image(&settings);
-    while (spp < RENDER_COMPARE_REFERENCE && (spp == 0 || now() < deadline)) {
+    while (spp < RENDER_COMPARE_REFERENCE && !interrupted() && (spp == 0 || now() < deadline)) {
         for (int h = 0; h < 2; h++) {
             settings.seed = runs[PLAIN].settings.seed ^ (h == 0 ? 0x68616c66u : 0x48414c46u);
             render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &ignored, p, 2.5);
         }
         spp += 4;
     }
-    scale_image(&half[0], 1.0f / (float)spp);
-    scale_image(&half[1], 1.0f / (float)spp);
+    scale_image(&half[0], 1.0f / (float)(spp ? spp : 1));
+    scale_image(&half[1], 1.0f / (float)(spp ? spp : 1));
     unsigned char *mask = object_mask(s, &settings);
-    for (int i = 0; i < RUNS; i++) {
+    for (int i = 0; i < RUNS && spp; i++) {
         runs[i].relative_mse = image_relative_mse(&runs[i].picture, &half[0], &half[1], mask);
     }
     free(mask);
@@ -586,12 +601,21 @@ static int measure_runs(const scene *s, run *runs, progress *p, double deadline)
     return spp;
 }
 
+// What Ctrl-C leaves no time for has no samples.
+static void compare_run(const scene *s, run *r, int spp, progress *p, const char *label, double cost) {
+    r->spp = spp;
+    if (interrupted()) r->spp = 0;
+    else render_run(s, r, p, label, cost);
+}
+
 static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left, int top) {
     static const char *const title[RUNS] = {"plain", "resampled", "resampled + light"};
     char line[160];
     const run *r = &runs[i];
     image_text(sheet, font, title[i], 24.0f, left, top + 22, 20);
-    if (i == PLAIN) {
+    if (r->relative_mse < 0.0) {
+        snprintf(line, sizeof line, "stopped before %s", r->spp ? "its error was measured" : "it was rendered");
+    } else if (i == PLAIN) {
         snprintf(line, sizeof line, "relative MSE %.3f", r->relative_mse);
     } else {
         snprintf(line, sizeof line, "relative MSE %.3f, %.1f times less", r->relative_mse,
@@ -603,8 +627,8 @@ static void compare_caption(image_bytes *sheet, const image_font *font, const ru
     image_text(sheet, font, line, 15.0f, left, top + 68, 80);
 }
 
-// Panels side by side, under each its caption; small print below.
-static void compare_sheet(const options *o, const run *runs, const image_font *font, int reference_spp) {
+// Panels side by side, under each its caption; small print below. Returns why it could not be written, or NULL.
+static const char *compare_sheet(const options *o, const run *runs, const image_font *font, int reference_spp) {
     const int margin = 16, caption = 84, print = 44;
     int width = o->settings.width, height = o->settings.height, panel = width > 330 ? width : 330;
     image_bytes sheet;
@@ -613,27 +637,28 @@ static void compare_sheet(const options *o, const run *runs, const image_font *f
     }
     for (int i = 0; i < RUNS; i++) {
         int left = margin + i * (panel + margin);
-        image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
+        if (runs[i].spp) image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
         compare_caption(&sheet, font, runs, i, left, height + margin + 6);
     }
     char line[240];
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. All shade as many "
-             "points as whole "
-             "samples a pixel (spp) allow.",
-             o->scene, o->profile, o->settings.plan.candidates ? o->settings.plan.candidates : 8);
+             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s", scenes_known[o->scene].name, o->profile,
+             o->settings.plan.candidates ? o->settings.plan.candidates : 8,
+             interrupted() ? "Stopped early: the panels shade different numbers of points."
+                           : "All shade as many points as whole samples a pixel (spp) allow.");
     image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);
     snprintf(line, sizeof line,
              "Relative MSE: sum (a - r1)(a - r2) / sum r1 r2 over the object's pixels, r1 and r2 two "
              "independent brute "
              "force references of %d spp; their own noise cancels.",
              reference_spp);
-    image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
-    write_png(o->png, &sheet);
+    if (reference_spp) image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
+    const char *wrong = file_write_png(o->png, &sheet);
     free(sheet.rgb);
+    return wrong;
 }
 
-static void compare(const options *o) {
+static int compare(const options *o) {
     static const char *const method[RUNS] = {"plain", "resampled", "resampled, light-aware"};
     double start = now();
     image_font font;
@@ -648,26 +673,30 @@ static void compare(const options *o) {
         runs[i].settings = o->settings;
         runs[i].settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
         runs[i].settings.light_aware = i == AWARE;
-        runs[i].spp = o->spp;
+        runs[i].relative_mse = -1.0;
     }
     progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
     progress_begin(&p, o->spp * (3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
-    render_run(&s, &runs[RESAMPLED], &p, "resampled", 3.0);
-    render_run(&s, &runs[AWARE], &p, "resampled + light", 3.0);
+    compare_run(&s, &runs[RESAMPLED], o->spp, &p, "resampled", 3.0);
+    compare_run(&s, &runs[AWARE], o->spp, &p, "resampled + light", 3.0);
     p.label = "plain";
-    runs[PLAIN].spp = plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
-    render_run(&s, &runs[PLAIN], &p, "plain", 1.0);
-    int reference_spp = measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
+    int spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
+    compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
+    int reference_spp = interrupted() ? 0 : measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
     progress_end(&p);
+    if (interrupted()) fputs("render: stopped before the comparison was complete\n", stderr);
     for (int i = 0; i < RUNS; i++) {
-        printf("%-24s %3d spp, %8llu points shaded, %5.2f s, relative MSE %.4f\n", runs[i].method, runs[i].spp,
-               runs[i].work.shaded, runs[i].seconds, runs[i].relative_mse);
+        if (!runs[i].spp) continue;
+        printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp, runs[i].work.shaded,
+               runs[i].seconds);
+        if (reference_spp) printf(", relative MSE %.4f", runs[i].relative_mse);
+        printf("\n");
     }
-    compare_sheet(o, runs, &font, reference_spp);
-    if (o->stats) write_stats(o, runs, RUNS);
-    printf("wrote %s\n", o->png);
+    int failed = tell_written(o->png, compare_sheet(o, runs, &font, reference_spp));
+    if (o->stats) failed |= tell_written(o->stats, write_stats(o, runs, RUNS));
     for (int i = 0; i < RUNS; i++) free(runs[i].picture.rgb);
     free(font.file);
+    return failed ? 1 : interrupted() ? 130 : 0;
 }
 
 static void open_devices(const options *o) {
@@ -684,16 +713,10 @@ int main(int count, char **words) {
     int code = 0;
     parse(&o, count, words);
     check_outputs(&o);
-    if (o.merge) {
-        merge(&o);
-        return 0;
-    }
-    if (!o.compare) await_interrupt();
+    if (o.merge) return merge(&o);
+    interrupt_await();
     open_devices(&o);
-    if (o.compare)
-        compare(&o);
-    else
-        code = render_one(&o);
+    code = o.compare ? compare(&o) : render_one(&o);
     device_close(&devices);
     return code;
 }

@@ -583,7 +583,7 @@ static void slab_agrees(void **state) {
     sss_medium medium;
     scenes_optics optics;
     (void)state;
-    scenes_find(&s, &optics, "slab");
+    optics = scenes_make(&s, SCENES_SLAB);
     assert_int_equal(sss_burley(&medium, optics.albedo, optics.dmfp), SSS_OK);
     const scene_shape *b = &s.shape[0];
     const int n = 64;
@@ -657,7 +657,7 @@ static void pictures_agree(void **state) {
     st_stat whole[2], difference = {0.0, 0.0, 0.0};
     double variance = 0.0;
     (void)state;
-    scenes_find(&s, &optics, "sphere");
+    optics = scenes_make(&s, SCENES_SPHERE);
     assert_int_equal(sss_burley(&s.medium, optics.albedo, optics.dmfp), SSS_OK);
     soup body = soup_cube(96, to_ball, NULL);
     make_mesh(&w, &body);

@@ -22,7 +22,7 @@ static void half_space(scene *s, const float albedo[3], const float dmfp[3]) {
 }
 
 /* Walks in blocks: weight[c] where r0 <= r < r1, its mean over walks with the error. */
-static void walk_rings(const scene *s, const walk_medium *m, rivals_entry at, const double *radius, int rings,
+static void walk_rings(const scene *s, const walk_medium *m, camera_entry at, const double *radius, int rings,
                        st_stat (*stat)[3]) {
     int blocks = WALKS / BLOCK;
     st_stat(*part)[32][3] = calloc((size_t)blocks, sizeof *part);
@@ -49,8 +49,8 @@ static void walk_rings(const scene *s, const walk_medium *m, rivals_entry at, co
     free(part);
 }
 
-static rivals_entry entry_at(sss_vec3 position, sss_vec3 normal, int shape) {
-    rivals_entry at = {position, normal, shape, 1.0f};
+static camera_entry entry_at(sss_vec3 position, sss_vec3 normal, int shape) {
+    camera_entry at = {position, normal, shape, 1.0f};
     return at;
 }
 
@@ -158,7 +158,7 @@ static void walk_goes_through_seams(void **state) {
     scenes_shape(&parts, scene_vec(0.05f, 0.0f, 0.0f), scene_vec(0.25f, 0.5f, 0.5f), 0.01f, none);
     scenes_shape(&parts, scene_vec(-0.55f, 0.0f, 0.0f), scene_vec(0.45f, 0.5f, 0.5f), 0.01f, none);
     scenes_shape(&parts, none, scene_vec(0.1f, 0.4f, 0.4f), 0.01f, none); /* buried */
-    rivals_entry at = entry_at(scene_vec(0.4f, 0.5f, 0.1f), scene_vec(0.0f, 1.0f, 0.0f), 0);
+    camera_entry at = entry_at(scene_vec(0.4f, 0.5f, 0.1f), scene_vec(0.0f, 1.0f, 0.0f), 0);
     walk_rings(&whole, &m, at, radius, 2, a);
     for (int i = 0; i < 2; ++i) m.extinction[i] *= 1.0 + 1e-12; /* other walks by their rounding alone */
     walk_rings(&parts, &m, at, radius, 2, b);
@@ -177,9 +177,8 @@ static void sphere_has_its_closed_form(void **state) {
     (void)state;
     for (int k = 0; k < 6; ++k) {
         float dmfp[3] = {size[k % 3], size[k % 3] * 0.8f, size[k % 3] * 0.6f};
-        scenes_optics optics;
         memset(&w, 0, sizeof w);
-        scenes_find(&w.s, &optics, "sphere");
+        scenes_make(&w.s, SCENES_SPHERE);
         if (k < 3)
             assert_int_equal(sss_burley(&w.s.medium, albedo, dmfp), SSS_OK);
         else
@@ -219,14 +218,12 @@ static double box_area(const scene_shape *s) {
 
 /* Points keep their distance, fill the surface and lie on it. */
 static void cloud_is_blue(void **state) {
-    static const char *const names[] = {"slab", "corner", "needles", "bear"};
     static rivals_world w;
     (void)state;
-    for (int k = 0; k < 4; ++k) {
-        scenes_optics optics;
+    for (int k = SCENES_SLAB; k < SCENES; ++k) {
         double least = 1e9;
         memset(&w, 0, sizeof w);
-        scenes_find(&w.s, &optics, names[k]);
+        scenes_make(&w.s, k);
         assert_int_equal(cloud_scatter(&w.cloud, &w.s, 2000, TEST_SEED), 1);
         for (int i = 0; i < w.cloud.points; ++i) {
             const cloud_point *p = &w.cloud.point[i];
@@ -242,7 +239,7 @@ static void cloud_is_blue(void **state) {
         }
         if (w.s.shape_count == 1)
             check_relative("area", (double)w.cloud.area * w.cloud.points, box_area(&w.s.shape[0]), 0.03);
-        check_at_least(names[k], sqrt(least / (double)w.cloud.area), 0.74);
+        check_at_least(scenes_known[k].name, sqrt(least / (double)w.cloud.area), 0.74);
         cloud_free(&w.cloud);
     }
 }

@@ -1,4 +1,4 @@
-# What tutorial/make.sh, tutorial/page.sh and tests/test_tutorial.sh share; sourced from the top of the repository.
+# What tutorial/make.sh, tutorial/page/build.sh and tests/test_tutorial.sh share; sourced from the top of the repository.
 # SPDX-License-Identifier: MIT
 
 # The chapters' folders, in the order of the table of contents.

@@ -60,7 +60,8 @@ enum { SHEET_GAP = 12, SHEET_TITLE = 34 };
 static const vec background = {0.16, 0.17, 0.19}; // what rays see that meet nothing
 
 typedef struct sheet {
-    const char *file;
+    const char *name;
+    FILE *file;
     int width, height; // of a panel
     image_bytes pixels;
     image_font font;
@@ -68,13 +69,17 @@ typedef struct sheet {
 
 // The program's one argument is the file to write. Wrong arguments end it here, before any work is done.
 static inline sheet sheet_begin(int argc, char **argv, int panels, int width, int height) {
-    sheet s = {argc == 2 ? argv[1] : "", width, height, {0, 0, NULL}, {NULL, {0}}};
-    const char *wrong = argc == 2 ? image_check_writable(s.file) : "usage: one argument, the PNG file to write";
-    if (wrong) {
-        fprintf(stderr, "%s: %s%s%s\n", argv[0], s.file, s.file[0] ? ": " : "", wrong);
+    sheet s = {argv[1], NULL, width, height, {0, 0, NULL}, {NULL, {0}}};
+    if (argc != 2) {
+        fprintf(stderr, "%s: usage: one argument, the PNG file to write\n", argv[0]);
         exit(2);
     }
-    wrong = image_font_open(&s.font);
+    s.file = fopen(s.name, "wb");
+    if (!s.file) {
+        fprintf(stderr, "%s: %s: %s\n", argv[0], s.name, strerror(errno));
+        exit(2);
+    }
+    const char *wrong = image_font_open(&s.font);
     if (wrong ||
         !image_bytes_new(&s.pixels, panels * (width + SHEET_GAP) + SHEET_GAP, height + SHEET_TITLE + SHEET_GAP, 250)) {
         fprintf(stderr, "%s: %s: %s\n", argv[0], FONT_FILE, wrong ? wrong : "no memory for the picture");
@@ -103,11 +108,12 @@ static inline void sheet_text(sheet *s, int panel, int x, int y, const char *for
     image_text(&s->pixels, &s->font, text, 21.0f, sheet_left(s, panel) + x, SHEET_TITLE + y, 30);
 }
 static inline int sheet_end(sheet *s) {
-    const char *wrong = image_write_png(&s->pixels, s->file);
-    if (wrong) fprintf(stderr, "%s: %s\n", s->file, wrong);
+    int good = image_write_png(&s->pixels, s->file);
+    good &= fclose(s->file) == 0;
+    if (!good) fprintf(stderr, "%s: could not be written to the end\n", s->name);
     free(s->pixels.rgb);
     free(s->font.file);
-    return wrong != NULL;
+    return !good;
 }
 
 // ---- A plot in a panel: x from 0, y from y0 on a linear or a logarithmic axis; colours are bytes here

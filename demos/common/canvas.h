@@ -96,7 +96,7 @@ typedef struct canvas {
     int glyphs_next;
     GLuint disc, spot, using; // the texture of the quads that are being drawn; 0: none are
     canvas_event event[CANVAS_EVENTS];
-    int event_first, event_count, frames;
+    int event_first, event_count;
     float mouse_x, mouse_y;
     double answered, longest;                // seconds: when events were last taken, the longest time between
     canvas_control control[CANVAS_CONTROLS]; // of this frame
@@ -265,6 +265,7 @@ static inline const char *canvas_open(canvas *c, const char *title, int headless
     if (wrong) return wrong;
     canvas_make_disc(c, &c->disc, 2.0f);
     canvas_make_disc(c, &c->spot, 0.8f);
+    if (c->window) c->answered = glfwGetTime();
     return NULL;
 }
 
@@ -299,11 +300,11 @@ static inline void canvas_begin(canvas *c, unsigned background) {
     c->controls = 0;
 }
 
-// Takes the events that are there, or waits this long for one; whether there are any. Call it often: how long the
-// window went without an answer is kept, from its first frame on.
+// Takes the events that are there, or waits this long for one; whether there are any. Call it often:
+// how long the window went without an answer is kept, from its opening on.
 static inline int canvas_poll(canvas *c, double wait) {
     double gap = glfwGetTime() - c->answered;
-    if (c->frames > 0 && gap > c->longest) c->longest = gap;
+    if (gap > c->longest) c->longest = gap;
     if (wait > 0.0 && c->event_count == 0) glfwWaitEventsTimeout(wait);
     else glfwPollEvents();
     c->answered = glfwGetTime();
@@ -322,7 +323,6 @@ static inline void canvas_look(canvas *c) {
 static inline void canvas_show(canvas *c) {
     canvas_use(c, 0);
     glfwSwapBuffers(c->window);
-    if (c->frames++ == 0) c->answered = glfwGetTime();
 }
 
 // What is drawn so far, before it is shown: afterwards OpenGL promises nothing. NULL, or why there is no picture.

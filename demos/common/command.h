@@ -32,6 +32,13 @@ static inline double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+// Is this the option that is meant? Then it must have a value.
+static inline int is_option(const char *meant, const char *name, const char *value) {
+    if (strcmp(name, meant) != 0) return 0;
+    if (!value) fail(2, "%s wants a value", name);
+    return 1;
+}
+
 static inline long long parse_number(const char *option, const char *text, long long least, long long most) {
     char *end = NULL;
     errno = 0;
@@ -98,10 +105,17 @@ static inline const char *parse_word(const char *option, const char *value, cons
     return NULL;
 }
 
+// The number of a scene.
+static inline int parse_scene(const char *option, const char *value) {
+    parse_word(option, value, SCENES_NAMES);
+    int which = 0;
+    while (strcmp(scenes_known[which].name, value) != 0) which++;
+    return which;
+}
+
 // `size` scales the mean free paths that come with the scene.
-static inline void load_scene(scene *s, const char *name, const char *profile, float size) {
-    scenes_optics optics;
-    if (!scenes_find(s, &optics, name)) fail(2, "there is no scene '%s'", name);
+static inline void load_scene(scene *s, int which, const char *profile, float size) {
+    scenes_optics optics = scenes_make(s, which);
     for (int c = 0; c < 3; c++) optics.dmfp[c] *= size;
     sss_result result = SSS_OK;
     if (strcmp(profile, "burley") == 0) {
@@ -111,7 +125,7 @@ static inline void load_scene(scene *s, const char *name, const char *profile, f
     } else {
         result = sss_better_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, COMMAND_ETA);
     }
-    if (result != SSS_OK) fail(1, "the medium of %s: %s", name, sss_result_string(result));
+    if (result != SSS_OK) fail(1, "the medium of %s: %s", scenes_known[which].name, sss_result_string(result));
 }
 
 #endif

@@ -9,6 +9,7 @@
 #include <omp.h>
 #endif
 
+#include "command.h"
 #include "image.h"
 #include "tracer_cl.h"
 
@@ -39,6 +40,11 @@ typedef void device_progress(void *user, double share);
 static inline int device_is_name(const char *name) {
     if (strcmp(name, "cpu") == 0 || strcmp(name, "opencl") == 0 || strcmp(name, "opencl:all") == 0) return 1;
     return strncmp(name, "opencl:", 7) == 0 && name[7] && strspn(name + 7, "0123456789") == strlen(name + 7);
+}
+
+static inline const char *parse_device(const char *option, const char *value) {
+    if (!device_is_name(value)) fail(2, "%s wants cpu, opencl, opencl:NUMBER or opencl:all, not '%s'", option, value);
+    return value;
 }
 
 static inline sss_cl_result device_open(device_set *set, const char *name) {

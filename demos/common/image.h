@@ -1,4 +1,4 @@
-// image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb.
+// image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb. See files.h for files.
 // SPDX-License-Identifier: MIT
 //
 // FONT_FILE is the TrueType font of the captions, named when the program is built. Functions that can fail
@@ -7,12 +7,12 @@
 #define IMAGE_H
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <stb/stb_image_write.h>
 #include <stb/stb_truetype.h>
 
@@ -21,6 +21,7 @@
 #endif
 
 #define IMAGE_MAX_SIDE 16384
+#define IMAGE_MAX_NOTE (1 << 27) // bytes of text behind a PFM's pixels
 
 // Linear RGB, rows from the top, three floats a pixel.
 typedef struct image {
@@ -58,18 +59,6 @@ static inline int image_bytes_new(image_bytes *out, int width, int height, unsig
 
 // ---- Files
 
-// Can this file be written? Asked before a long job, so that nothing is lost after it. Leaves the disk as it
-// was.
-static inline const char *image_check_writable(const char *path) {
-    FILE *before = fopen(path, "rb");
-    if (before) fclose(before);
-    FILE *file = fopen(path, "ab");
-    if (!file) return strerror(errno);
-    fclose(file);
-    if (!before) remove(path);
-    return NULL;
-}
-
 // PFM is little endian when its scale is negative; floats are put together from bytes, so the machine does
 // not matter.
 static inline float image_float(const unsigned char *b, int little) {
@@ -80,53 +69,76 @@ static inline float image_float(const unsigned char *b, int little) {
     return value;
 }
 
-// `note` is text to stand behind the pixels, where readers of the format do not look; NULL for none.
-static inline const char *image_write_pfm(const image *in, const char *path, const char *note) {
-    FILE *file = fopen(path, "wb");
-    if (!file) return strerror(errno);
+// `note` is text to stand behind the pixels, where readers of the format do not look; NULL for none. Returns whether all
+// was written.
+static inline int image_write_pfm(const image *in, FILE *file, const char *note) {
     int good = fprintf(file, "PF\n%d %d\n-1.0\n", in->width, in->height) > 0;
     for (int y = in->height - 1; y >= 0; y--) { // the format stores rows from the bottom
         const float *row = in->rgb + image_count(in->width, y);
         for (int i = 0; i < 3 * in->width; i++) {
             uint32_t bits;
             memcpy(&bits, row + i, sizeof bits);
-            unsigned char b[4] = {(unsigned char)bits, (unsigned char)(bits >> 8),
-                                  (unsigned char)(bits >> 16), (unsigned char)(bits >> 24)};
+            unsigned char b[4] = {(unsigned char)bits, (unsigned char)(bits >> 8), (unsigned char)(bits >> 16),
+                                  (unsigned char)(bits >> 24)};
             good &= fwrite(b, 1, 4, file) == 4;
         }
     }
     if (note) good &= fputs(note, file) >= 0;
-    good &= fclose(file) == 0;
-    return good ? NULL : "could not be written to the end";
+    return good;
 }
 
-// Room for the note and its final 0; note NULL leaves it unread.
-static inline const char *image_read_pfm(image *out, const char *path, char *note, size_t room) {
-    memset(out, 0, sizeof *out);
-    FILE *file = fopen(path, "rb");
-    if (!file) return strerror(errno);
+static inline const char *image_read_header(image *out, FILE *file, int *little) {
     int width = 0, height = 0;
-    double scale = 0.0;
-    const char *wrong = NULL;
-    if (fscanf(file, "PF %d %d %lf", &width, &height, &scale) != 3 || fgetc(file) == EOF || scale == 0.0) {
-        wrong = "is not a colour PFM file";
-    } else if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE) {
-        wrong = "has a size out of range";
-    } else if (!image_new(out, width, height)) {
-        wrong = "does not fit into memory";
+    double scale = 0.0; // six digits: a longer number has a size out of range, and does not wrap around
+    if (fscanf(file, "PF %6d %6d %lf", &width, &height, &scale) != 3 || fgetc(file) != '\n') {
+        return "it is not a colour PFM file";
     }
-    for (int y = height - 1; !wrong && y >= 0; y--) {
-        float *row = out->rgb + image_count(width, y);
-        for (int i = 0; !wrong && i < 3 * width; i++) {
+    if (!(fabs(scale) > 0.0 && fabs(scale) <= DBL_MAX)) return "it has a scale that is 0 or no number";
+    if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE) return "it has a size out of range";
+    *little = scale < 0.0;
+    return image_new(out, width, height) ? NULL : "it does not fit into memory";
+}
+
+static inline const char *image_read_pixels(image *out, FILE *file, int little) {
+    for (int y = out->height - 1; y >= 0; y--) {
+        float *row = out->rgb + image_count(out->width, y);
+        for (int i = 0; i < 3 * out->width; i++) {
             unsigned char b[4];
-            if (fread(b, 1, 4, file) != 4)
-                wrong = "ends too early";
-            else
-                row[i] = image_float(b, scale < 0.0);
+            if (fread(b, 1, 4, file) != 4) return "it ends too early";
+            row[i] = image_float(b, little);
+            if (!(fabsf(row[i]) <= FLT_MAX)) return "it has pixels that are no finite numbers";
         }
     }
-    if (note) note[wrong ? 0 : fread(note, 1, room - 1, file)] = '\0';
-    fclose(file);
+    return NULL;
+}
+
+// All that is left of the file, as text; it must be freed.
+static inline const char *image_read_note(FILE *file, char **note) {
+    size_t length = 0, room = 0, got = 1;
+    *note = NULL;
+    while (got > 0) {
+        room = 2 * room + 4096;
+        char *larger = room > IMAGE_MAX_NOTE ? NULL : (char *)realloc(*note, room);
+        if (!larger) {
+            free(*note);
+            *note = NULL;
+            return "it has more text behind its pixels than fits into memory";
+        }
+        *note = larger;
+        got = fread(*note + length, 1, room - 1 - length, file);
+        length += got;
+    }
+    (*note)[length] = '\0';
+    return strlen(*note) == length ? NULL : "it has bytes behind its pixels that are no text";
+}
+
+// `note` takes the text behind the pixels, to be freed; NULL leaves it unread.
+static inline const char *image_read_pfm(image *out, FILE *file, char **note) {
+    int little = 0;
+    memset(out, 0, sizeof *out);
+    const char *wrong = image_read_header(out, file, &little);
+    if (!wrong) wrong = image_read_pixels(out, file, little);
+    if (!wrong && note) wrong = image_read_note(file, note);
     if (wrong) {
         free(out->rgb);
         out->rgb = NULL;
@@ -144,29 +156,11 @@ static inline void image_drain(void *sink, void *bytes, int count) {
     s->good &= fwrite(bytes, 1, (size_t)count, s->file) == (size_t)count;
 }
 
-// Into a file beside it, which takes the name when it is complete: no picture is ever there in part, and what was there
-// stays if this fails. Devices and pipes are written in place, as is a file in a folder that takes no new ones.
-static inline const char *image_write_png(const image_bytes *in, const char *path) {
-    struct stat there;
-    const char *wrong = NULL;
-    char *beside = (char *)malloc(strlen(path) + sizeof ".part");
-    if (!beside) return "does not fit into memory";
-    sprintf(beside, "%s.part", path);
-    image_sink sink = {NULL, 1};
-    if (stat(path, &there) != 0 || S_ISREG(there.st_mode)) sink.file = fopen(beside, "wb");
-    int moves = sink.file != NULL;
-    if (!moves) sink.file = fopen(path, "wb");
-    if (sink.file) {
-        errno = 0;
-        int good = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb, 3 * in->width);
-        good &= sink.good & (fclose(sink.file) == 0);
-        if (!good || (moves && rename(beside, path) != 0)) wrong = errno ? strerror(errno) : "could not be written";
-        if (wrong && moves) remove(beside);
-    } else {
-        wrong = strerror(errno);
-    }
-    free(beside);
-    return wrong;
+// Returns whether all was written.
+static inline int image_write_png(const image_bytes *in, FILE *file) {
+    image_sink sink = {file, 1};
+    int made = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb, 3 * in->width);
+    return made && sink.good;
 }
 
 // ---- Tone
@@ -258,7 +252,7 @@ static inline void image_mean(const image *in, double mean[3]) {
 // Relative mean squared error of `a` over the pixels of `mask`, from two references with independent noise:
 // sum (a - r1)(a - r2) / sum r1 r2. The noise of r1 and that of r2 do not correlate, so the expectation has
 // the true error alone in it, however noisy the references are. With r1 = r2 it is the plain sum (a - r)^2 /
-// sum r^2.
+// sum r^2. Below 0: not defined, since the references are black there.
 static inline double image_relative_mse(const image *a, const image *r1, const image *r2,
                                         const unsigned char *mask) {
     size_t pixels = (size_t)a->width * (size_t)a->height;
@@ -269,7 +263,7 @@ static inline double image_relative_mse(const image *a, const image *r1, const i
         error += (x - y) * (x - z);
         power += y * z;
     }
-    return power > 0.0 ? error / power : 0.0;
+    return power > 0.0 ? error / power : -1.0;
 }
 
 #endif

@@ -9,20 +9,12 @@
 __kernel void tracer_lookups(uint entries, uint room, __global const sss_vec3 *positions,
                              __global const sss_vec3 *normals, __global const uint *seeds, __global int *counts,
                              __global sss_exit *exits, __global const scene *s, tracer_settings settings) {
-    uint i = (uint)get_global_id(0);
-    tracer_points points;
+    uint i = (uint)get_global_id(0), probes = 0u;
+    sss_exit own[SSS_MAX_EXITS];
     if (i >= entries) return; // the global size is rounded up to whole work-groups
-    tracer_lookup(s, settings, positions[i], normals[i], seeds[i], &points);
-    counts[i] = points.count;
-    for (int k = 0; k < points.count; k++) {
-        sss_exit exit;
-        exit.position = points.point[k].position;
-        exit.normal = points.point[k].normal;
-        exit.weight[0] = points.point[k].weight.x;
-        exit.weight[1] = points.point[k].weight.y;
-        exit.weight[2] = points.point[k].weight.z;
-        exits[i * room + (uint)k] = exit;
-    }
+    int count = tracer_exits(s, settings, positions[i], normals[i], seeds[i], own, &probes);
+    for (int k = 0; k < count; k++) exits[i * room + (uint)k] = own[k];
+    counts[i] = count;
 }
 
 // Adds samples first .. first + count - 1 of pixels begin .. end - 1 to their sums: rgb[0] is pixel `begin`. Pixels

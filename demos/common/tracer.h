@@ -146,28 +146,34 @@ static inline float tracer_light_guess(const SCENE_SPACE scene *s, sss_vec3 posi
     return direct + scene_mean(scene_ambient_irradiance(scene_make_ambient(s, position), normal));
 }
 
-// The library at work: one lookup gives 0 to plan.exits points. Returns how many probes were traced.
-static inline uint32_t tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
-                                     sss_vec3 normal, uint32_t seed, tracer_points *points) {
+// The library at work: one lookup gives its exits and returns their number; the probes are added to *probes.
+static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
+                               sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
     sss_medium medium = s->medium;
     sss_plan plan = settings.method == TRACER_PLAIN ? tracer_plain_plan() : settings.plan;
+    int aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
     sss_resampler resampler;
     sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS];
     scene_hits hits;
-    uint32_t probes = 0u;
     sss_begin(&resampler, &medium, &plan, position, normal, seed);
     while (sss_next_probe(&resampler, &probe)) {
-        probes++;
+        (*probes)++;
         scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
-            int aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
         }
     }
-    points->count = sss_finish(&resampler, exits);
+    return sss_finish(&resampler, exits);
+}
+
+// The same as points to shade. Returns how many probes were traced.
+static inline uint32_t tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
+                                     sss_vec3 normal, uint32_t seed, tracer_points *points) {
+    sss_exit exits[SSS_MAX_EXITS];
+    uint32_t probes = 0u;
+    points->count = tracer_exits(s, settings, position, normal, seed, exits, &probes);
     for (int i = 0; i < points->count; i++) {
         points->point[i].position = exits[i].position;
         points->point[i].normal = exits[i].normal;

@@ -7,18 +7,18 @@
 
 #include "canvas.h"
 #include "command.h"
+#include "files.h"
 
 #define PAGE   0x12151bffu
 #define TEXT   0xf2f4f8ffu
 #define QUIET  0xa9b3c1ffu
 #define CHOSEN 0xffb454ffu // what resampling gives, and what it is held against
 
-#define WINDOW_SCENES   "bear sphere slab corner needles"
 #define WINDOW_PROFILES "burley dipole better-dipole"
 
 // Their lines of --help; the options of one program alone stand before and between.
 #define WINDOW_HELP_SCENE                                                                                              \
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"                                             \
+    "  --scene NAME       one of " SCENES_NAMES " (bear)\n"                                                    \
     "  --profile NAME     burley (default), dipole, better-dipole\n"                                                   \
     "  --candidates M     probes of each resampled lookup (8)\n"                                                       \
     "  --seed S           0..4294967295 (1)\n"
@@ -30,7 +30,6 @@
     "\n"                                                                                                               \
     "The window lists its keys. Without a display: --headless.\n"
 
-static const char *const window_scene[5] = {"bear", "sphere", "slab", "corner", "needles"};
 static const char *const window_profile[3] = {"burley", "dipole", "better-dipole"};
 
 typedef struct box {
@@ -94,6 +93,7 @@ static inline int job_ends(job *j, int wait) {
 // ---- Command line
 
 static inline void window_defaults(window *w) {
+    w->scene = SCENES_BEAR;
     w->candidates = 8;
     w->seed = 1;
     w->width = 1280;
@@ -108,30 +108,27 @@ static inline int index_of(const char *const *names, const char *name) {
     return i;
 }
 
-// Which of the options with a value this is; -1 for none. A value that is missing is an error.
-static inline int option_index(const char *const *names, int count, const char *name, const char *value) {
-    int i = 0;
-    while (i < count && strcmp(name, names[i]) != 0) i++;
-    if (i < count && !value) fail(2, "%s wants a value", name);
-    return i < count ? i : -1;
-}
-
 // Takes an option that both programs know. Returns how many words it is, 0 when it is another.
 static inline int window_option(window *w, const char *usage, const char *name, const char *value) {
-    static const char *const names[] = {"--scene", "--profile", "--candidates", "--seed", "--size", "--png"};
     if (strcmp(name, "--help") == 0) {
         fputs(usage, stdout);
         exit(fflush(stdout) == 0 ? 0 : 1);
     }
     if (strcmp(name, "--headless") == 0) return w->headless = 1;
-    switch (option_index(names, 6, name, value)) {
-    case 0: w->scene = index_of(window_scene, parse_word(name, value, WINDOW_SCENES)); break;
-    case 1: w->profile = index_of(window_profile, parse_word(name, value, WINDOW_PROFILES)); break;
-    case 2: w->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES); break;
-    case 3: w->seed = (uint32_t)parse_number(name, value, 0, 4294967295LL); break;
-    case 4: parse_size(value, &w->width, &w->height); break;
-    case 5: w->png = value; break;
-    default: return 0;
+    if (is_option("--scene", name, value)) {
+        w->scene = parse_scene(name, value);
+    } else if (is_option("--profile", name, value)) {
+        w->profile = index_of(window_profile, parse_word(name, value, WINDOW_PROFILES));
+    } else if (is_option("--candidates", name, value)) {
+        w->candidates = (int)parse_number(name, value, 1, SSS_MAX_CANDIDATES);
+    } else if (is_option("--seed", name, value)) {
+        w->seed = (uint32_t)parse_number(name, value, 0, 4294967295LL);
+    } else if (is_option("--size", name, value)) {
+        parse_size(value, &w->width, &w->height);
+    } else if (is_option("--png", name, value)) {
+        w->png = value;
+    } else {
+        return 0;
     }
     return 2;
 }
@@ -141,7 +138,7 @@ static inline int window_option(window *w, const char *usage, const char *name, 
 static inline void window_write(void *argument) {
     window *w = (window *)argument;
     stbi_flip_vertically_on_write(1);
-    w->wrong = image_write_png(&w->written, w->png);
+    w->wrong = file_write_png(w->png, &w->written);
 }
 
 static inline void window_tell(window *w, const char *wrong) {
@@ -182,7 +179,7 @@ static inline void window_show(window *w) {
 static inline void window_close(window *w) {
     if (w->c.window) {
         glfwHideWindow(w->c.window);
-        if (w->c.frames) printf("the window went %.0f ms without an answer at most\n", 1e3 * w->c.longest);
+        printf("the window went %.0f ms without an answer at most\n", 1e3 * w->c.longest);
     }
     window_write_pictures(w, 1);
     canvas_close(&w->c);
@@ -203,7 +200,7 @@ static inline window_change window_key(window *w, int code) {
     int candidates = code == '-' ? w->candidates / 2 : w->candidates * 2;
     w->note[0] = '\0';
     switch (code) {
-    case 'S': w->scene = (w->scene + 1) % 5; return WINDOW_SCENE;
+    case 'S': w->scene = (w->scene + 1) % SCENES; return WINDOW_SCENE;
     case 'F': w->profile = (w->profile + 1) % 3; return WINDOW_PROFILE;
     case '-':
     case '=':
@@ -220,7 +217,7 @@ static inline window_change window_key(window *w, int code) {
 // The first keys of the list on the sheet, and its last. Both return where the next may stand.
 static inline float window_first_keys(window *w, float x, float y) {
     char text[64];
-    snprintf(text, sizeof text, "scene: %s", window_scene[w->scene]);
+    snprintf(text, sizeof text, "scene: %s", scenes_known[w->scene].name);
     x = canvas_key(&w->c, x, y, 'S', text);
     snprintf(text, sizeof text, "profile: %s", window_profile[w->profile]);
     x = canvas_key(&w->c, x, y, 'F', text);

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "demos/common/entries.h"
 #include "demos/common/scenes.h"
 #include "demos/common/tracer_cl.h"
 
@@ -26,33 +27,23 @@ static double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-// Entries where rays from the eye meet the object.
 static void make_entries(const scene *s, batch *b) {
-    uint32_t counter = 0;
-    for (int i = 0; i < ENTRIES;) {
-        float x = 256.0f * sssi_unit(sss_hash(1u, counter++)), y = 256.0f * sssi_unit(sss_hash(1u, counter++));
-        sss_vec3 d = tracer_camera(s, 256, 256, x, y);
-        scene_hit hit = scene_nearest(s, s->eye, d, SCENE_NOTHING);
-        if (hit.shape < 0) continue;
-        b->position[i] = scene_along(s->eye, d, hit.t);
-        b->normal[i] = scene_normal(&s->shape[hit.shape], b->position[i]);
+    static camera_entry entry[ENTRIES];
+    camera_entries(s, 11u, entry, ENTRIES);
+    for (int i = 0; i < ENTRIES; i++) {
+        b->position[i] = entry[i].position;
+        b->normal[i] = entry[i].normal;
         b->seed[i] = sss_hash(2u, (uint32_t)i);
-        i++;
     }
 }
 
 static void exits_on_cpu(const scene *s, tracer_settings settings, int threads, int entries, batch *b) {
 #pragma omp parallel for schedule(dynamic, 64) num_threads(threads)
     for (int i = 0; i < entries; i++) {
-        tracer_points points;
-        tracer_lookup(s, settings, b->position[i], b->normal[i], b->seed[i], &points);
-        b->count[i] = points.count;
-        if (points.count == 0) continue;
-        b->exit[i].position = points.point[0].position;
-        b->exit[i].normal = points.point[0].normal;
-        b->exit[i].weight[0] = points.point[0].weight.x;
-        b->exit[i].weight[1] = points.point[0].weight.y;
-        b->exit[i].weight[2] = points.point[0].weight.z;
+        sss_exit own[SSS_MAX_EXITS];
+        uint32_t probes = 0;
+        b->count[i] = tracer_exits(s, settings, b->position[i], b->normal[i], b->seed[i], own, &probes);
+        if (b->count[i] > 0) b->exit[i] = own[0];
     }
 }
 
@@ -69,16 +60,16 @@ static void keep_least(double *least, double seconds) {
 
 // The best of several rounds of each, in turns, so that other work on the machine troubles both alike. Returns how many
 // seconds the first launch took.
-static double measure(tracer_cl *t, const char *name, int candidates) {
+static double measure(tracer_cl *t, int which, int candidates) {
     static batch cpu, device;
     double best[3] = {1e30, 1e30, 1e30}, first = 0.0;
     scene s;
-    scenes_optics optics;
     tracer_settings settings;
     memset(&settings, 0, sizeof settings);
     settings.method = TRACER_RESAMPLED;
     settings.plan.candidates = candidates;
-    if (!scenes_find(&s, &optics, name) || sss_burley(&s.medium, optics.albedo, optics.dmfp) != SSS_OK) exit(1);
+    scenes_optics optics = scenes_make(&s, which);
+    if (sss_burley(&s.medium, optics.albedo, optics.dmfp) != SSS_OK) exit(1);
     make_entries(&s, &cpu);
     device = cpu;
     for (int round = 0; round < ROUNDS; round++) {
@@ -95,13 +86,12 @@ static double measure(tracer_cl *t, const char *name, int candidates) {
     }
     printf("%-8s M = %2d: one core %5.0f, all %5.0f, device %5.0f thousand lookups a second; device over all %.2f, "
            "bits %s\n",
-           name, candidates, 1e-3 * ENTRIES / best[0], 1e-3 * ENTRIES / best[1], 1e-3 * ENTRIES / best[2],
+           scenes_known[which].name, candidates, 1e-3 * ENTRIES / best[0], 1e-3 * ENTRIES / best[1], 1e-3 * ENTRIES / best[2],
            best[1] / best[2], memcmp(&cpu, &device, sizeof cpu) == 0 ? "equal" : "DIFFER");
     return first;
 }
 
 int main(int count, char **words) {
-    static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
     tracer_cl t;
     double start = now();
     sss_cl_result result = tracer_cl_open(&t, count > 1 ? words[1] : "opencl", NULL);
@@ -112,10 +102,10 @@ int main(int count, char **words) {
     }
     if (count > 2 && atoi(words[2]) > 0) t.cl.local = (size_t)atoi(words[2]);
     printf("%s: kernels built in %.2f s\n", t.cl.device.name, now() - start);
-    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
-        double first = measure(&t, scenes[i], 1);
+    for (int i = 0; i < SCENES; i++) {
+        double first = measure(&t, i, 1);
         if (i == 0) printf("(the very first launch took %.2f s)\n", first);
-        measure(&t, scenes[i], 8);
+        measure(&t, i, 8);
     }
     tracer_cl_close(&t);
     return 0;

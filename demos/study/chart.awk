@@ -369,23 +369,6 @@ function findings_model(    l, v, b, d, k, lo, hi, text) {
     title("model_title", text sprintf("\\nthe better of the dipoles %.0f to %.0f %% and %.0f to %.0f %%.",
                                       lo[1, "d"], hi[1, "d"], lo[2, "d"], hi[2, "d"]))
 }
-function far_from_1(x) { return x > 1 ? x - 1 : 1 - x }
-# How far a flat profile is from the walk where the plan advises a volume on a ball and where it does not.
-function findings_volume(    l, v, e, guess, lowest_advised, highest, slab, text) {
-    lowest_advised = 1
-    while ((getline l < (out "-volume.dat")) > 0) {
-        if (split(l, v, " ") != 9 || v[1] !~ /^(ball|slab)$/) continue
-        e = far_from_1(v[5] / v[6])
-        if (v[1] == "slab") { if (!v[9] && e > slab) slab = e; continue }
-        if (v[9] && e < lowest_advised) lowest_advised = e
-        if (!v[9] && e > highest) highest = e
-        if (far_from_1(v[8] / v[6]) > guess) guess = far_from_1(v[8] / v[6])
-    }
-    close(out "-volume.dat")
-    text = "Where the plan advises a volume, a flat profile is at least %.0f %% off on balls;"
-    text = text "\\nwhere it does not, at most %.0f %% on balls and %.0f %% on slabs (its guess of the walk: %.0f %%)."
-    title("volume_title", sprintf(text, 100 * lowest_advised, 100 * highest, 100 * slab, 100 * guess))
-}
 # The step in brightness where the plan turns to Lambert: means over 15 columns on either side, and their noise.
 function findings_seam(    l, v, n, i, x, y, mode, turn, s, q, m, k) {
     while ((getline l < (out "-seam.dat")) > 0 && l !~ /picture/) {
@@ -407,7 +390,7 @@ function findings_seam(    l, v, n, i, x, y, mode, turn, s, q, m, k) {
     title("seam_turn", sprintf("%.4g", x[turn]))
 }
 function write_titles(    c, text) {
-    findings_when(); findings_size(); findings_model(); findings_volume(); findings_seam()
+    findings_when(); findings_size(); findings_model(); findings_seam()
     text = "The best number of candidates grows with the cost of shading as theory says,"
     title("best_title", text sprintf("\\nwithin a factor of %.1f, and of %.1f when told of the light.", worst["ours"],
                                      worst["told"]))

@@ -13,8 +13,8 @@
 #include "demos/common/command.h"
 #include "rivals.h"
 
-#define CHART_SCENES  5
 #define CHART_SIZES   5
+#define CHART_SCENES  SCENES_RABBIT // those before it: it is for the picture of the README
 #define CHART_ENTRIES 16
 #define CHART_LEVELS  6 // errors after 1, 4, 16 .. 1024 lookups
 #define CHART_WIDTH   480
@@ -39,7 +39,6 @@ typedef struct chart_settings {
 static const chart_settings chart_full = {"full", 16, 1024, 5, 5, 100000, 65536};
 static const chart_settings chart_quick = {"quick", 4, 256, 1, 2, 2000, 1024};
 
-static const char *const chart_scenes[CHART_SCENES] = {"sphere", "slab", "corner", "needles", "bear"};
 // Factors of each scene's dmfp. At the first all methods and costs of shading race, at the others one of each.
 static const float chart_sizes[CHART_SIZES] = {1.0f, 0.0625f, 0.25f, 4.0f, 16.0f};
 #define CHART_SIZE_COST       1 // index in rivals_octaves
@@ -48,7 +47,7 @@ static const float chart_sizes[CHART_SIZES] = {1.0f, 0.0625f, 0.25f, 4.0f, 16.0f
 // A scene at a size: what all its rows share. shading_cost and probe_seconds are measured once in a run.
 typedef struct chart_world {
     rivals_world world;
-    rivals_entry entry[CHART_ENTRIES];
+    camera_entry entry[CHART_ENTRIES];
     rivals_truth truth[CHART_ENTRIES];
     double probe_seconds, shade_seconds[RIVALS_COSTS];
     double dmfp; // the longest, over the radius of the sphere of the object's area
@@ -106,7 +105,7 @@ static void measure_costs(chart_world *w, int entries, int lookups) {
         for (int round = 0; round < 3; round++) {
             double start = cpu_seconds();
             for (int i = 0; i < 4 * lookups; i++) {
-                rivals_entry e = w->entry[i % entries];
+                camera_entry e = w->entry[i % entries];
                 tracer_point point = {e.position, e.normal, e.position, e.shape};
                 total += rivals_shade(&w->world, point, (uint32_t)i).x;
             }
@@ -118,10 +117,9 @@ static void measure_costs(chart_world *w, int entries, int lookups) {
 }
 
 static void make_world(chart_world *w, const chart_settings *settings, int scene_index, float size) {
-    scenes_optics optics = {{0.0f}, {0.0f}};
     memset(w, 0, sizeof *w);
     float area = 0.0f;
-    scenes_find(&w->world.s, &optics, chart_scenes[scene_index]);
+    scenes_optics optics = scenes_make(&w->world.s, scene_index);
     for (int i = 0; i < w->world.s.shape_count; i++) area += w->world.s.shape[i].area;
     for (int c = 0; c < 3; c++) {
         optics.dmfp[c] *= size;
@@ -129,7 +127,7 @@ static void make_world(chart_world *w, const chart_settings *settings, int scene
     }
     sss_burley(&w->world.s.medium, optics.albedo, optics.dmfp);
     w->world.volume = walk_from_albedo(optics.albedo, optics.dmfp);
-    rivals_entries(&w->world.s, w->entry, settings->entries);
+    camera_entries(&w->world.s, 11u, w->entry, settings->entries);
     for (int y = 0; y < CHART_HEIGHT; y++)
         for (int x = 0; x < CHART_WIDTH; x++)
             w->pixels += tracer_sees_object(&w->world.s, CHART_WIDTH, CHART_HEIGHT, x, y);
@@ -154,7 +152,7 @@ static double truth_error(const chart_world *w, const chart_settings *settings, 
 static double dot3(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 static void measure_entry(chart_sums *sums, const rivals_world *w, const rivals_method *m, const sss_plan *plan,
-                          rivals_entry at, const double truth[3], uint32_t seed, int lookups) {
+                          camera_entry at, const double truth[3], uint32_t seed, int lookups) {
     double block[CHART_LEVELS][3] = {{0.0}}, power = dot3(truth, truth);
     int blocks[CHART_LEVELS] = {0};
     memset(sums, 0, sizeof *sums);
@@ -222,8 +220,7 @@ static chart_row measure_row(chart_world *w, const chart_settings *settings, con
     }
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < settings->entries; i++) {
-        float footprint = rivals_footprint(&w->world.s, &w->entry[i], CHART_HEIGHT);
-        sss_plan plan = rivals_plan(&w->world, m, setting, footprint);
+        sss_plan plan = rivals_plan(&w->world, m, setting);
         int lookups = m->kind == RIVALS_CLOUD ? 2 : settings->lookups; // the same each time
         measure_entry(&sums[i], &w->world, m, &plan, w->entry[i], w->truth[i].mean[cost], sss_hash(key, (uint32_t)i),
                       lookups);
@@ -234,7 +231,7 @@ static chart_row measure_row(chart_world *w, const chart_settings *settings, con
     }
     row.bias_error = sqrt(row.bias_error);
     for (int l = 0; l < CHART_LEVELS; l++) row.error[l] = sqrt(row.error[m->kind == RIVALS_CLOUD ? 0 : l]);
-    if (m->kind <= RIVALS_PLANNED) row.candidates = rivals_plan(&w->world, m, setting, 0.0f).candidates;
+    if (m->kind <= RIVALS_PLANNED) row.candidates = rivals_plan(&w->world, m, setting).candidates;
     cloud_free(&w->world.cloud);
     return row;
 }
@@ -366,7 +363,7 @@ static void race(chart_file *f, chart_world *w, const chart_settings *settings, 
             char key[CHART_KEY];
             step = m->kind == RIVALS_CLOUD ? 8 : 2;
             if (is_wanted(settings, m, size, cost, setting)) {
-                snprintf(key, sizeof key, "%s,%g,%d,%s,%d,%d,", chart_scenes[scene_index], (double)chart_sizes[size],
+                snprintf(key, sizeof key, "%s,%g,%d,%s,%d,%d,", scenes_known[scene_index].name, (double)chart_sizes[size],
                          rivals_octaves[cost], m->name, setting, repeat);
                 int known = is_known(f, key);
                 p->total += dry;

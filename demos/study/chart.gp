@@ -146,29 +146,6 @@ do for [format in "png svg"] {
              with labels left offset 1, 0 tc rgb word(colours, k - 3)
     unset label 1
 
-    # ---- Balls and slabs
-    eval(terminal(520))
-    set output out."-volume.".format
-    eval(heading(volume_title))
-    set logscale x; unset logscale y
-    set xlabel "dmfp over the ball's radius, or over half of the slab's thickness"
-    set ylabel "light by the profile, over the walk's"
-    set xrange [0.1:30]; set yrange [-1:0.6]
-    set ytics ("-100 %%" -1, "-80 %%" -0.8, "-60 %%" -0.6, "-40 %%" -0.4, "-20 %%" -0.2, "as much" 0, "+20 %%" 0.2, \
-               "+40 %%" 0.4, "+60 %%" 0.6)
-    set label 1 "full: the plan advises a volume" at graph 0.03, 0.06 left tc rgb black font small
-    data = out."-volume.dat"
-    ends(body, step, dy, colour) = sprintf("data index %d every ::12:%d:12:%d using 3:($5 / $6 - 1):" \
-        ."(sprintf('%s, albedo %%g', $2)) with labels left offset 1, %g tc rgb '%s', ", body, step, step, \
-        body ? "slab" : "ball", dy, colour)
-    body(i, colour) = sprintf("data index %d using 3:($5 / $6 - 1) with lines lw %g lc rgb '%s', ", i, 1.5 * w, colour). \
-        sprintf("data index %d using ($9 == 1 ? $3 : NaN):($5 / $6 - 1) with points pt 7 lc rgb '%s', ", i, colour). \
-        sprintf("data index %d using ($9 == 0 ? $3 : NaN):($5 / $6 - 1) with points pt 6 lc rgb '%s', ", i, colour)
-    eval(draw("0 with lines lw w lc rgb grey, ".body(0, blue).body(1, orange). \
-         ends(0, 0, -0.6, blue).ends(0, 1, 0.4, blue).ends(0, 2, 0, blue). \
-         ends(1, 0, 0, orange).ends(1, 1, 0, orange).ends(1, 2, 0, orange)))
-    unset label 1
-
     # ---- The plan
     eval(terminal(480))
     set output out."-plan.".format
@@ -207,7 +184,7 @@ do for [format in "png svg"] {
     plot data index "picture" using 1:2:3 with image
     set tmargin at screen 0.25; set bmargin at screen 0.09
     set border 3 lc rgb "#606060"; set xtics nomirror out
-    set xrange [1e-2:1e2]; set logscale x; set format x "%g"
+    set xrange [1e-2:1e1]; set logscale x; set format x "%g"
     set yrange [0.94:1.06]; set ytics nomirror out ("-5 %%" 0.95, "0" 1, "+5 %%" 1.05)
     set xlabel "dmfp in pixels"
     set ylabel "plan over lookups"

@@ -1,10 +1,11 @@
 // failures.c - ten ways to sample subsurface scattering that fail, each beside what the header does, by measurement:
 // pictures, data for failures.gp, a page of HTML, and the figures as a table. See --help. SPDX-License-Identifier: MIT
-#define _POSIX_C_SOURCE 200809L
-#define COMMAND         "failures"
+#define _XOPEN_SOURCE 700
+#define COMMAND       "failures"
 #include <stdarg.h>
 
 #include "demos/common/command.h"
+#include "demos/common/files.h"
 #include "demos/common/tracer.h"
 
 #define BLOCKS 64
@@ -309,7 +310,7 @@ static void write_picture(const image *in, int which, const char *side, float ex
     if (!image_bytes_new(&bytes, in->width, in->height, 0)) fail(1, "out of memory");
     image_blit(&bytes, in, exposure, 0, 0);
     snprintf(path, sizeof path, "%s-%s-%s.png", out, panels[which].name, side);
-    const char *wrong = image_write_png(&bytes, path);
+    const char *wrong = file_write_png(path, &bytes);
     if (wrong) fail(1, "%s: %s", path, wrong);
     free(bytes.rgb);
 }
@@ -483,7 +484,7 @@ static void show_wall(void) {
     static scene s;
     int size = quick ? 60 : 400, spp = quick ? 2 : 8;
     tally t[2], truth;
-    load_scene(&s, "slab", "burley", 1.0f);
+    load_scene(&s, SCENES_SLAB, "burley", 1.0f);
     truth = measure_wall(&s, wall_settings(TRACER_REFERENCE, 0, size), lookups_of(400000));
     for (int told = 0; told < 2; told++) {
         tracer_settings settings = wall_settings(TRACER_RESAMPLED, told, size);

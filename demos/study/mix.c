@@ -4,10 +4,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "demos/common/entries.h"
 #include "demos/common/scenes.h"
 #include "demos/common/tracer.h"
 
-#define MIX_SCENES 5
+#define MIX_SCENES SCENES_RABBIT // those before it: it is for the picture of the README
 #define MIX_MEDIA  6 // three sizes of dmfp, grey and saturated
 
 typedef struct mix_plan {
@@ -36,10 +37,6 @@ static const mix_plan mix_plans[] = {
 };
 #define MIX_PLANS ((int)(sizeof mix_plans / sizeof mix_plans[0]))
 
-typedef struct mix_entry {
-    sss_vec3 position, normal;
-} mix_entry;
-
 // Relative variances summed over the entries of a scene, and their logarithms over the floor and King.
 typedef struct mix_sums {
     double variance[MIX_SCENES][MIX_PLANS], log_floor[MIX_PLANS], log_king[MIX_PLANS];
@@ -57,7 +54,7 @@ static float mix_light(const scene *s, sss_vec3 position, sss_vec3 normal, int s
 }
 
 // One lookup: the estimate of the integral of Rd E over the surface, by channel.
-static void mix_lookup(const scene *s, const mix_plan *plan, mix_entry at, uint32_t seed, double value[3]) {
+static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, uint32_t seed, double value[3]) {
     sss_resampler r;
     sss_probe probe;
     sss_exit exit;
@@ -83,7 +80,7 @@ static void mix_lookup(const scene *s, const mix_plan *plan, mix_entry at, uint3
 }
 
 // Variance over squared mean, the channels summed.
-static double mix_variance(const scene *s, const mix_plan *plan, mix_entry at, uint32_t key, int lookups) {
+static double mix_variance(const scene *s, const mix_plan *plan, camera_entry at, uint32_t key, int lookups) {
     double sum[3] = {0.0, 0.0, 0.0}, squares[3] = {0.0, 0.0, 0.0}, variance = 0.0, square = 0.0;
     for (int i = 0; i < lookups; i++) {
         double value[3];
@@ -101,20 +98,6 @@ static double mix_variance(const scene *s, const mix_plan *plan, mix_entry at, u
     return variance / square;
 }
 
-// Entry points that the camera sees.
-static void mix_entries(const scene *s, mix_entry *entry, int count) {
-    int n = 0;
-    for (uint32_t i = 0; n < count; i++) {
-        float x = tracer_unit(sss_hash(11u, i)), y = tracer_unit(sss_hash(12u, i));
-        sss_vec3 direction = tracer_camera(s, 1, 1, x, y);
-        scene_hit hit = scene_nearest(s, s->eye, direction, SCENE_NOTHING);
-        if (hit.shape < 0) continue;
-        entry[n].position = scene_along(s->eye, direction, hit.t);
-        entry[n].normal = scene_normal(&s->shape[hit.shape], entry[n].position);
-        n++;
-    }
-}
-
 // Medium k of a scene: its green dmfp times 1/4, 1 or 4, the same in all channels or spread over a factor of 20.
 static void mix_medium(scene *s, const scenes_optics *optics, int k, const char *profile) {
     static const float size[3] = {0.25f, 1.0f, 4.0f}, spread[2][3] = {{1.0f, 1.0f, 1.0f}, {2.0f, 0.4f, 0.1f}};
@@ -127,7 +110,7 @@ static void mix_medium(scene *s, const scenes_optics *optics, int k, const char 
     else sss_burley(&s->medium, albedo[k / 3], dmfp);
 }
 
-static void mix_measure(mix_sums *sums, const scene *s, int scene_index, mix_entry at, uint32_t key, int lookups) {
+static void mix_measure(mix_sums *sums, const scene *s, int scene_index, camera_entry at, uint32_t key, int lookups) {
     double v[MIX_PLANS];
     for (int p = 0; p < MIX_PLANS; p++) {
         int n = mix_plans[p].candidates > 100 ? lookups / 4 : lookups;
@@ -144,10 +127,10 @@ static void mix_measure(mix_sums *sums, const scene *s, int scene_index, mix_ent
     }
 }
 
-static void mix_print(const mix_sums *sums, const char *const *names) {
+static void mix_print(const mix_sums *sums) {
     printf("\nrelative variance of one lookup, over that of the floor, scenes by their sums; then over King's\n%-34s",
            "");
-    for (int k = 0; k < MIX_SCENES; k++) printf("%9s", names[k]);
+    for (int k = 0; k < MIX_SCENES; k++) printf("%9s", scenes_known[k].name);
     printf("%9s%9s%9s\n", "mean", "typical", "/ King");
     for (int p = 0; p < MIX_PLANS; p++) {
         double mean = 0.0, king = 0.0;
@@ -164,7 +147,6 @@ static void mix_print(const mix_sums *sums, const char *const *names) {
 }
 
 int main(int argc, char **argv) {
-    static const char *const names[MIX_SCENES] = {"sphere", "slab", "corner", "needles", "bear"};
     static mix_sums sums;
     static scene s;
     const char *profile = "burley";
@@ -175,11 +157,10 @@ int main(int argc, char **argv) {
         else return fprintf(stderr, "usage: mix [--quick] [dipole|better-dipole]\n"), 2;
     }
     for (int k = 0; k < MIX_SCENES * MIX_MEDIA; k++) {
-        scenes_optics optics = {{0.0f}, {0.0f}};
-        mix_entry entry[64];
-        scenes_find(&s, &optics, names[k / MIX_MEDIA]);
+        scenes_optics optics = scenes_make(&s, k / MIX_MEDIA);
+        camera_entry entry[64];
         mix_medium(&s, &optics, k % MIX_MEDIA, profile);
-        mix_entries(&s, entry, entries);
+        camera_entries(&s, 11u, entry, entries);
 #pragma omp parallel for schedule(dynamic)
         for (int i = 0; i < entries; i++) {
             mix_measure(&sums, &s, k / MIX_MEDIA, entry[i], sss_hash((uint32_t)k, (uint32_t)i), lookups);
@@ -187,6 +168,6 @@ int main(int argc, char **argv) {
         fprintf(stderr, "\rmix: %d of %d media", k + 1, MIX_SCENES * MIX_MEDIA);
     }
     fprintf(stderr, "\n");
-    mix_print(&sums, names);
+    mix_print(&sums);
     return 0;
 }

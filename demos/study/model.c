@@ -1,6 +1,6 @@
-// model.c - what the model itself costs, apart from the sampling: the profiles against a searchlight on a half space;
-// flat profiles on curved and thin bodies, and whether the plan's advice to use a volume tells where they fail; and
-// whether a seam shows where the plan changes to Lambert along a surface. Writes data for chart.gp. See --help.
+// model.c - what the model itself costs, apart from the sampling: the profiles against a searchlight on a half space,
+// and whether a seam shows where the plan changes to Lambert along a surface. Writes data for chart.gp. See --help.
+// What profiles cost on curved and thin bodies is in model_error.c.
 // SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
@@ -10,13 +10,12 @@
 
 #define SEAM_SIDE  200   // pixels
 #define SEAM_LEAST 1e-2f // below it float32 no longer resolves the probes on this sphere
-#define SEAM_MOST  1e2f  // dmfp in pixels, from the left edge of the sphere to the right
+#define SEAM_MOST  1e1f  // dmfp in pixels; above it the plan walks, from the left edge of the sphere to the right
 
 static const char usage[] =
     "usage: model [--quick] SEARCHLIGHT OUT\n"
-    "Measures the profiles against SEARCHLIGHT (tests/data/mc_searchlight.csv): OUT-model.dat; Burley's on balls and\n"
-    "slabs against a random walk: OUT-volume.dat; and a sphere whose diffuse mean free path grows from left to right,\n"
-    "with and without the plan's advice: OUT-seam.dat.\n";
+    "Measures the profiles against SEARCHLIGHT (tests/data/mc_searchlight.csv): OUT-model.dat; and a sphere whose\n"
+    "diffuse mean free path grows from left to right, with the plan and without: OUT-seam.dat.\n";
 
 static FILE *open_data(const char *out, const char *name) {
     char path[1024];
@@ -101,78 +100,6 @@ static void measure_profiles(const char *path, const char *out) {
     close_data(f, "the profiles");
 }
 
-// ---- Balls and slabs
-
-#define VOLUME_STEPS 13
-#define VOLUME_LEAST 0.1f // dmfp over the radius of curvature
-#define VOLUME_MOST  30.0f
-
-enum { BALL, SLAB };
-
-// A body of curvature radius 1, as sss_need means it: the unit ball, or a slab of thickness 2 and no end in sight.
-static void volume_scene(scene *s, int body) {
-    sss_vec3 zero = scene_vec(0.0f, 0.0f, 0.0f);
-    memset(s, 0, sizeof *s);
-    if (body == BALL) scenes_ellipsoid(s, zero, scene_vec(1.0f, 1.0f, 1.0f), zero);
-    else scenes_shape(s, zero, scene_vec(1000.0f, 1.0f, 1000.0f), 0.1f, zero);
-}
-
-// The part that leaves again of the light that comes from everywhere, and its standard error.
-static double volume_walk(const scene *s, const walk_medium *m, uint32_t seed, int walks, double *error) {
-    double sum = 0.0, squares = 0.0;
-#pragma omp parallel for reduction(+ : sum, squares)
-    for (int i = 0; i < walks; i++) {
-        tracer_random random = tracer_random_begin(seed, 0u, (uint32_t)i);
-        sss_vec3 top = scene_vec(0.0f, 1.0f, 0.0f);
-        walk_exit exit;
-        if (!walk_lookup(s, m, top, top, 0, &random, &exit)) continue;
-        sum += (double)exit.weight[0];
-        squares += (double)(exit.weight[0] * exit.weight[0]);
-    }
-    *error = sqrt((squares / walks - sum / walks * sum / walks) / walks);
-    return sum / walks;
-}
-
-// The same by the profile, whose integral is that of the plane within the ball's diameter, or that of the slab's two
-// faces: on the far one a distance r stands for sqrt(r^2 + 4) on the near one.
-static double volume_profile(const sss_medium *m, int body) {
-    double within = (double)sss_within(m, 0, 2.0f), albedo = (double)m->albedo[0];
-    return body == BALL ? within : 2.0 * albedo - within;
-}
-
-static void measure_volumes(const char *out, int walks) {
-    static const char *const names[] = {"ball", "slab"};
-    static const float albedos[] = {0.3f, 0.6f, 0.9f};
-    FILE *f = open_data(out, "volume");
-    fprintf(f, "# body, albedo, dmfp over radius, profile's light beyond 2 radii, profile, walk, its error, the plan's "
-               "guess of a ball's walk, advised\n");
-    for (int body = BALL; body <= SLAB; body++) {
-        scene s;
-        volume_scene(&s, body);
-        for (int a = 0; a < 3; a++) {
-            for (int i = 0; i < VOLUME_STEPS; i++) {
-                float d = VOLUME_LEAST * powf(VOLUME_MOST / VOLUME_LEAST, (float)i / (VOLUME_STEPS - 1));
-                float albedo[3] = {albedos[a], albedos[a], albedos[a]}, dmfp[3] = {d, d, d};
-                sss_need need = {0.0f, 1.0f, 0.0f, 0.0f, 0};
-                sss_plan plan;
-                double error, walk, beyond;
-                sss_medium m;
-                walk_medium volume = walk_from_albedo(albedo, dmfp);
-                sss_burley(&m, albedo, dmfp);
-                plan = sss_plan_for(&m, &need);
-                beyond = 1.0 - (double)(sss_within(&m, 0, 2.0f) / albedo[0]);
-                walk = volume_walk(&s, &volume, (uint32_t)(100 * (3 * body + a) + i), walks, &error);
-                fprintf(f, "%s %g %.4g %.4g %.5g %.5g %.2g %.5g %d\n", names[body], (double)albedo[0], (double)d,
-                        beyond, volume_profile(&m, body), walk, error, 0.0,
-                        plan.techniques == SSS_WALK);
-            }
-            fputc('\n', f);
-        }
-        fputc('\n', f);
-    }
-    close_data(f, "the balls and slabs");
-}
-
 // ---- The seam
 
 // Sums over a column of the picture: of all lookups, and of those that the plan gives.
@@ -186,9 +113,9 @@ static double cpu_now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-// The mean over the channels of `samples` lookups, or of Lambert where that is advised and `planned`.
-static double seam_pixel(rivals_world *w, rivals_entry at, int planned, uint32_t seed, int samples, int *lambert) {
-    sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), 0.0f, 0.0f, 0.0f, 0};
+// The mean over the channels of `samples` lookups, by the default plan or as `planned`.
+static double seam_pixel(rivals_world *w, camera_entry at, int planned, uint32_t seed, int samples, int *lambert) {
+    sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), w->s.shape[0].extent.x, 0.0f, 0.0f, 0};
     sss_plan plan = sss_plan_for(&w->s.medium, &need);
     double sum = 0.0;
     *lambert = plan.techniques == SSS_LAMBERT;
@@ -202,7 +129,7 @@ static double seam_pixel(rivals_world *w, rivals_entry at, int planned, uint32_t
             value[1] = (double)(w->s.medium.albedo[1] * light.y);
             value[2] = (double)(w->s.medium.albedo[2] * light.z);
         } else {
-            rivals_probe_lookup(w, &plan, 0, at, sss_hash(seed, (uint32_t)i), &work, value);
+            rivals_probe_lookup(w, planned ? &plan : NULL, 0, at, sss_hash(seed, (uint32_t)i), &work, value);
         }
         sum += (value[0] + value[1] + value[2]) / 3.0;
     }
@@ -215,8 +142,8 @@ static void measure_column(const scene *s, seam_column *column, int x, int sampl
     memset(&w, 0, sizeof w);
     w.s = *s;
     for (int y = 0; y < SEAM_SIDE; y++) {
-        rivals_entry at;
-        if (!rivals_see(s, ((float)x + 0.5f) / SEAM_SIDE, ((float)y + 0.5f) / SEAM_SIDE, &at)) continue;
+        camera_entry at;
+        if (!camera_sees(s, ((float)x + 0.5f) / SEAM_SIDE, ((float)y + 0.5f) / SEAM_SIDE, &at)) continue;
         float span = logf(SEAM_MOST / SEAM_LEAST) * (float)column->x;
         float dmfp = SEAM_LEAST * expf(span) * rivals_footprint(s, &at, SEAM_SIDE);
         float lengths[3] = {dmfp, 0.7f * dmfp, 0.5f * dmfp};
@@ -242,9 +169,8 @@ static void measure_seam(const char *out, int samples) {
     static seam_column column[SEAM_SIDE];
     static float picture[SEAM_SIDE][SEAM_SIDE];
     static scene s;
-    scenes_optics optics = {{0.0f}, {0.0f}};
     FILE *f = open_data(out, "seam");
-    scenes_find(&s, &optics, "sphere");
+    scenes_make(&s, SCENES_SPHERE);
     scenes_camera(&s, scene_vec(0.0f, 1.6f, 6.4f), s.shape[0].center, 19.0f);
     scenes_light(&s, scene_vec(-2.4f, 3.2f, 3.2f), s.shape[0].center, 0.6f, scene_vec(34.0f, 31.0f, 27.0f));
 #pragma omp parallel for schedule(dynamic)
@@ -268,16 +194,15 @@ static void measure_seam(const char *out, int samples) {
 
 int main(int argc, char **argv) {
     const char *names[2] = {NULL, NULL};
-    int samples = 256, walks = 100000, n = 0;
+    int samples = 256, n = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) return fputs(usage, stdout) < 0;
-        if (strcmp(argv[i], "--quick") == 0) samples = 4, walks = 1000;
+        if (strcmp(argv[i], "--quick") == 0) samples = 4;
         else if (argv[i][0] == '-' || n == 2) fail(2, "unknown word '%s'; --help lists what there is", argv[i]);
         else names[n++] = argv[i];
     }
     if (n < 2) fail(2, "wants SEARCHLIGHT and OUT; --help says what they are");
     measure_profiles(names[0], names[1]);
-    measure_volumes(names[1], walks);
     measure_seam(names[1], samples);
     return 0;
 }

@@ -11,6 +11,7 @@
 
 #include "point_cloud.h"
 #include "random_walk.h"
+#include "demos/common/entries.h"
 #include "demos/common/scenes.h"
 #include "demos/common/tracer.h"
 
@@ -48,12 +49,6 @@ typedef struct rivals_world {
     int octaves;
     float shading_cost; // over that of a probe
 } rivals_world;
-
-typedef struct rivals_entry {
-    sss_vec3 position, normal;
-    int shape;
-    float distance; // from the camera
-} rivals_entry;
 
 typedef struct rivals_work {
     long long probes, shaded; // the walk's probes are its straight segments
@@ -108,30 +103,16 @@ static inline sss_vec3 rivals_shade(const rivals_world *w, tracer_point point, u
     return scene_scale(rivals_irradiance(&w->s, point, u, v), rivals_texture(point.position, w->octaves));
 }
 
-// ---- Entries: what the camera sees
+// ---- Entries
 
-static inline int rivals_see(const scene *s, float x, float y, rivals_entry *entry) {
-    sss_vec3 direction = tracer_camera(s, 1, 1, x, y);
-    scene_hit hit = scene_nearest(s, s->eye, direction, SCENE_NOTHING);
-    if (hit.shape < 0) return 0;
-    entry->position = scene_along(s->eye, direction, hit.t);
-    entry->normal = scene_normal(&s->shape[hit.shape], entry->position);
-    entry->shape = hit.shape;
-    entry->distance = hit.t;
-    return 1;
-}
-static inline void rivals_entries(const scene *s, rivals_entry *entry, int count) {
-    for (uint32_t i = 0, n = 0; n < (uint32_t)count; i++)
-        n += (uint32_t)rivals_see(s, tracer_unit(sss_hash(11u, i)), tracer_unit(sss_hash(12u, i)), &entry[n]);
-}
 // Scene units in a pixel of a picture of that many rows.
-static inline float rivals_footprint(const scene *s, const rivals_entry *at, int rows) {
+static inline float rivals_footprint(const scene *s, const camera_entry *at, int rows) {
     return 2.0f * at->distance * scene_sqrt(scene_dot(s->up, s->up)) / (float)rows;
 }
 
 // ---- The rivals: one lookup each
 
-static inline void rivals_probe_lookup(const rivals_world *w, const sss_plan *plan, int told, rivals_entry at,
+static inline void rivals_probe_lookup(const rivals_world *w, const sss_plan *plan, int told, camera_entry at,
                                        uint32_t seed, rivals_work *work, double value[3]) {
     sss_resampler r;
     sss_probe probe;
@@ -157,7 +138,7 @@ static inline void rivals_probe_lookup(const rivals_world *w, const sss_plan *pl
     value[2] = (double)(exit.weight[2] * light.z);
 }
 
-static inline void rivals_walk_lookup(const rivals_world *w, rivals_entry at, uint32_t seed, rivals_work *work,
+static inline void rivals_walk_lookup(const rivals_world *w, camera_entry at, uint32_t seed, rivals_work *work,
                                       double value[3]) {
     tracer_random random = tracer_random_begin(seed, 0u, 0u);
     walk_exit exit;
@@ -173,7 +154,7 @@ static inline void rivals_walk_lookup(const rivals_world *w, rivals_entry at, ui
     value[2] = (double)(exit.weight[2] * light.z);
 }
 
-static inline void rivals_cloud_lookup(const rivals_world *w, rivals_entry at, double value[3]) {
+static inline void rivals_cloud_lookup(const rivals_world *w, camera_entry at, double value[3]) {
     sss_vec3 sum = cloud_lookup(&w->cloud, &w->s.medium, at.position, RIVALS_SOLID);
     value[0] = (double)sum.x, value[1] = (double)sum.y, value[2] = (double)sum.z;
 }
@@ -195,14 +176,15 @@ static inline int rivals_build_cloud(rivals_world *w, int points, uint32_t seed)
     return cloud_gather(&w->cloud, &w->s.medium);
 }
 
-// The plan of a probe method with that many candidates, or the header's own for the scene's needs.
-static inline sss_plan rivals_plan(const rivals_world *w, const rivals_method *m, int candidates, float footprint) {
+// The plan of a probe method with that many candidates, or the header's own for that cost of shading. All errors here
+// are against the profile's integral, so the header is told to tolerate that model, and no pixel is wide.
+static inline sss_plan rivals_plan(const rivals_world *w, const rivals_method *m, int candidates) {
     sss_plan plan = {candidates, 1, m->techniques, m->independent, 0, 0};
-    sss_need need = {footprint, 0.0f, w->shading_cost, 0.0f, 0};
+    sss_need need = {0.0f, 0.0f, w->shading_cost, 1.0f, 0};
     return m->kind == RIVALS_PLANNED ? sss_plan_for(&w->s.medium, &need) : plan;
 }
 
-static inline void rivals_lookup(const rivals_world *w, const rivals_method *m, const sss_plan *plan, rivals_entry at,
+static inline void rivals_lookup(const rivals_world *w, const rivals_method *m, const sss_plan *plan, camera_entry at,
                                  uint32_t seed, rivals_work *work, double value[3]) {
     if (m->kind == RIVALS_WALK)
         rivals_walk_lookup(w, at, seed, work, value);
@@ -222,7 +204,7 @@ typedef struct rivals_truth {
 } rivals_truth;
 
 // The mean over `sets` of TRACER_AREA_POINTS points, for each cost of shading.
-static inline void rivals_brute_force(const scene *s, rivals_entry at, uint32_t seed, int sets, rivals_truth *truth) {
+static inline void rivals_brute_force(const scene *s, camera_entry at, uint32_t seed, int sets, rivals_truth *truth) {
     double sum[RIVALS_COSTS][3] = {{0.0}}, squares[RIVALS_COSTS][3] = {{0.0}};
     for (int n = 0; n < sets; n++) {
         tracer_random random = tracer_random_begin(seed, 1u, (uint32_t)n);
