@@ -440,8 +440,9 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
      SSS_LAMBERT   where the light leaves within a pixel (footprint * tolerance > 0.05 r_max);
      SSS_DISK      with one candidate, where the surface is flat as far as r_max;
      the default mix elsewhere, with the candidates, colours and tile that pay.
-   curvature_radius is that of the largest ball that touches the surface at the entry, from inside or
-   from outside, and holds no other surface: half the thickness of a leaf, the distance from an edge.
+   curvature_radius is that of the largest ball that touches the surface at the entry, from inside
+   or from outside, and holds no other surface: half the thickness of a leaf, the distance from an
+   edge.
    Every point y of the surface bounds it from above, by |v|^2 / (2 |n.v|) with v = y - entry: take
    the least of that over the hits of earlier lookups nearby, or of the mesh's vertices. 0, not
    known, gives the walk, which is right on every shape. */
