@@ -162,14 +162,17 @@ static void test_bad_plans(void **state) {
 }
 
 static void test_bad_points(void **state) {
-    static const float wrong[] = {NAN, INFINITY, -INFINITY};
+    static const float wrong[] = {NAN, INFINITY, -INFINITY, 1.0001e30f, -3.4e38f};
+    sss_medium m = skin(BURLEY);
+    sss_resampler s;
     int i, k;
     (void)state;
-    for (i = 0; i < 3; ++i) {
+    assert_int_equal(sss_begin(&s, &m, NULL, vector(1e30f, -1e30f, 1e30f), vector(1e38f, 0.0f, 1.0f), 1u), SSS_OK);
+    for (i = 0; i < 5; ++i) {
         for (k = 0; k < 3; ++k) {
             sss_vec3 v = vector(k == 0 ? wrong[i] : 1.0f, k == 1 ? wrong[i] : 1.0f, k == 2 ? wrong[i] : 1.0f);
             expect_refused("position", NULL, v, up, SSS_BAD_POSITION);
-            expect_refused("normal", NULL, origin, v, SSS_BAD_NORMAL);
+            if (i < 3) expect_refused("normal", NULL, origin, v, SSS_BAD_NORMAL);
         }
     }
     expect_refused("zero normal", NULL, origin, origin, SSS_BAD_NORMAL);
