@@ -2239,13 +2239,13 @@ SSSI_FN void sssi_walk_out(sss_resampler *s) {
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
-/* The segment goes on behind its own start. */
+/* The segment goes on behind its own start; once, since there is no skin after that. */
 SSSI_FN void sssi_walk_past(sss_resampler *s) {
     sssi_walk *w = &s->walk;
-    float done = w->distance / s->optics.unit;
 
     w->found = w->goes_on = 0;
-    w->skip = done + w->skin;
+    w->skip = w->distance / s->optics.unit + w->skin;
+    w->skin = 0.0f;
 }
 
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
@@ -2279,13 +2279,14 @@ static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
-    float distance = sssi_dot(sssi_sub(position, start), w->direction);
-    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
+    float along = sssi_dot(sssi_sub(position, start), w->direction);
+    float distance = sssi_max(along, 0.0f);
+    int is_start = w->scatterings == 0 && distance < SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
     w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
-    w->distance = sssi_max(distance, 0.0f);
+    w->distance = distance;
     w->hit.position = position;
     w->hit.normal = normal;
     w->hit.hit = hit;
