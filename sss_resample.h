@@ -82,9 +82,10 @@
    Use a seed once.
 
    Bits. With -ffp-contract=off on the host, and a program that is not linked with -ffast-math, the
-   CPU and an OpenCL device compute the same bits (a NaN is only a NaN). Scaling the scene by a power
-   of two changes no pick and no bit of a weight. Nothing that a caller passes makes a NaN come out:
-   bad media, plans and points are refused by name, bad hits are ignored. Everything is reentrant.
+   CPU and an OpenCL device compute the same bits (a NaN is only a NaN). Scaling the scene by a
+   power of two changes no pick and no bit of a weight. Nothing that a caller passes makes a NaN
+   come out: bad media, plans and points are refused by name, bad hits are ignored. Everything is
+   reentrant.
 
    THEORY (numbers in brackets are cited below)
    [1] A probe is a random segment. If the expected number of times that probe j crosses a surface
