@@ -35,7 +35,7 @@ CHARTS   := when error-0 error-512 error-4096 best size model plan seam
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
-    mix chart model-error failures bench tutorial install clean
+    mix tile chart model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -49,6 +49,7 @@ help:
 	@echo 'make fuzz          hostile bytes for FUZZ_MINUTES (1), under sanitizers (make setup-long first)'
 	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
+	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
 	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
@@ -101,7 +102,7 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-build/bench build/chart build/failures build/mix build/model build/model_error: build/%: demos/study/%.c $(STUDY) | build
+$(filter-out build/bench_exits,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
@@ -129,6 +130,7 @@ build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h 
 	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
 	    -fsanitize=fuzzer,$(SANITIZERS) -I. $< -o $@ -lm
 
+build/test_walk: $(STUDY)
 build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
@@ -154,6 +156,9 @@ bench: build/bench build/bench_exits
 
 mix: build/mix
 	build/mix
+
+tile: build/tile
+	build/tile
 
 model-error: build/model_error
 	build/model_error build/model_error.dat
