@@ -2,7 +2,7 @@
 #include "tutorial/head.h"
 
 // Change these and see what happens.
-static const int few = 16, many = 128; // probes for each pixel
+static const int few = 16, many = 96; // probes for each pixel
 
 enum { BLUE, RED, ALL, WAYS };
 static const double of_axis[3] = {0.5, 0.25, 0.25}; // probabilities of the axes

@@ -3,7 +3,7 @@
 #include "tutorial/head.h"
 
 // Change these and see what happens.
-static const int few = 4, many = 40; // lookups for each pixel
+static const int few = 4, many = 24; // lookups for each pixel
 
 enum { NONE, HINT, NO_SKY, WAYS, BLOCK = 4, FOR_ERROR = 128 };
 static const char *const name[WAYS] = {"no hint", "light hint", "a hint of zero"};

@@ -23,7 +23,7 @@ static int probe(hit entry, const vec axis[3], hit *hits) {
     o = along(o, axis[(a + 2) % 3], r * sin(turn));
     return all_hits(o, axis[a], -far_away, far_away, hits);
 }
-static double target(double r) {
+static double mean_profile(double r) {
     return (unit_profile(0, r) + unit_profile(1, r) + unit_profile(2, r)) / 3;
 }
 static double intensity(vec to, vec n, const vec axis[3]) {
@@ -31,7 +31,7 @@ static double intensity(vec to, vec n, const vec axis[3]) {
 
     for (int a = 0; a < 3; a++) {
         double u = dot(to, axis[(a + 1) % 3]), v = dot(to, axis[(a + 2) % 3]);
-        sum += of_axis[a] * target(sqrt(u * u + v * v)) * fabs(dot(n, axis[a]));
+        sum += of_axis[a] * mean_profile(sqrt(u * u + v * v)) * fabs(dot(n, axis[a]));
     }
     return sum;
 }
@@ -50,6 +50,8 @@ static void offer(reservoir *r, hit candidate, double weight) {
 // [/reservoir]
 
 // [resample]
+static double target(double r) { return mean_profile(r); } // of the three colours
+
 static vec resampled(hit entry) {
     reservoir r = {0, entry};
     hit hits[MOST_HITS];

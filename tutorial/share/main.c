@@ -3,7 +3,7 @@
 #include "tutorial/head.h"
 
 // Change these and see what happens.
-static const int few = 4, many = 24; // lookups for each pixel
+static const int few = 4, many = 16; // lookups for each pixel
 
 enum { TILE = 8, MOST = TILE * TILE };
 static const double spacing = 0.36 * 7 / SIDE; // of the entries of neighbouring pixels

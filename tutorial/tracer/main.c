@@ -9,7 +9,7 @@ static const float albedo[3] = {0.8f, 0.55f, 0.4f};
 static const vec to_sun = {-0.8, 0.7, 0.3};
 static const double sun = 3, sky = 0.25; // irradiance of the sun head-on; radiance of the sky
 static const double floor_albedo = 0.5;
-static const int few = 4, many = 32; // paths for each pixel
+static const int few = 4, many = 24; // paths for each pixel
 
 enum { NOTHING = -2, FLOOR = -1 }; // in place of the number of a ball
 static const double radius = 0.9;

@@ -4,7 +4,7 @@
 
 // Change these and see what happens.
 static const vec sun_behind = {-0.6, 0.35, -0.7};
-static const int few = 8, many = 24; // lookups for each pixel
+static const int few = 4, many = 16; // lookups for each pixel
 static const int light_hint = 1;     // 0: no hints
 
 enum { PROFILE, WALK, WAYS, BLOCK = 4 };
@@ -95,7 +95,7 @@ int main(int argc, char **argv) {
         show(&s, way, name[way], by[way]);
     }
     picture_mean(WALK, few, noisy);
-    show(&s, 2, "walk, 8 lookups a pixel", noisy);
+    show(&s, 2, "walk, 4 lookups a pixel", noisy);
     sheet_title(&s, 3, "error of the profile");
     show_error(&s, 3, by[PROFILE], by[WALK]);
     for (int way = 0; way < WAYS; way++) {
