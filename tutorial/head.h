@@ -29,7 +29,7 @@ static inline int inside_another(vec y, int own) {
     }
     return 0;
 }
-// [hits]
+// [crossings]
 // All points where the line o + t dir, t within t0..t1, crosses the surface: those of each ball
 // that no other ball contains.
 static inline int all_hits(vec o, vec dir, double t0, double t1, hit *hits) {
@@ -48,7 +48,7 @@ static inline int all_hits(vec o, vec dir, double t0, double t1, hit *hits) {
     }
     return count;
 }
-// [/hits]
+// [/crossings]
 
 // The first hit in front of o; t < 0 if there is none.
 static inline hit first_hit(vec o, vec dir) {

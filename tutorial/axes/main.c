@@ -2,8 +2,8 @@
 #include "tutorial/head.h" // the head, its light and its camera: change them there
 
 // Change these and see what happens.
-static const double three_axes[3] = {0.5, 0.25, 0.25}; // probability of the normal and of two tangents
-static const int few = 16, more = 128, many = 96;      // probes for each pixel
+static const double three_axes[3] = {0.5, 0.25, 0.25}; // probabilities: n and two tangents
+static const int few = 16, more = 128, many = 96;    // probes for each pixel
 
 static const double one_axis[3] = {1, 0, 0};
 enum { ONE, THREE, WAYS };

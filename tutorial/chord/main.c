@@ -1,4 +1,5 @@
-// chord - chords of spheres about the entry. Chapter 8 of the tutorial; SPDX-License-Identifier: MIT
+// chord - chords of spheres about the entry. Chapter 8 of the tutorial.
+// SPDX-License-Identifier: MIT
 #include "tutorial/head.h"
 
 // Change these and see what happens.

@@ -8,8 +8,8 @@ enum { SIDE = 240, BLOCK = 4 }; // pixels; the last panel has blocks of them
 enum { EXACT, DISK, NO_JACOBIAN, FIRST_HIT, PER_HIT, WAYS };
 
 // [cast]
-// A line along the normal n through a point of the disk about x. Returns its hits with the ball, and
-// the distance r_a of the line from x.
+// A line along the normal n through a point of the disk about x. Returns its hits with the ball,
+// and the distance r_a of the line from x.
 static int cast(vec x, vec n, hit hits[2], double *r_a) {
     double turn = 2 * pi * rnd(), t[2];
     vec tangent, bitangent;

@@ -3,9 +3,9 @@
 #include "tutorial/tutorial.h"
 
 // Change these and see what happens.
-static const vec albedo = {0.8, 0.5, 0.35}; // the share of the light that comes back: red, green, blue
+static const vec albedo = {0.8, 0.5, 0.35}; // the share that comes back: red, green, blue
 static const vec to_sun = {-0.8, 0.5, 0.2}; // where the sun is; the camera looks along -z
-static const double sun = 5, sky = 0.4;     // irradiance: of the sun where it shines head-on; of the sky
+static const double sun = 5, sky = 0.4;     // irradiance: of the sun head-on; of the sky
 static const int samples = 16;              // for each pixel
 
 static const double radius = 1; // of the ball about the origin

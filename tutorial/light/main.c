@@ -52,7 +52,8 @@ static double block(int left, int top, int way) {
     double sum = 0;
 
     for (int i = 0; i < BLOCK * BLOCK; i++) {
-        vec seen = pixel(left + i % BLOCK, top + i / BLOCK, FOR_ERROR / BLOCK / BLOCK, exitance, way);
+        int x = left + i % BLOCK, y = top + i / BLOCK;
+        vec seen = pixel(x, y, FOR_ERROR / BLOCK / BLOCK, exitance, way);
         sum += mean(seen) / (BLOCK * BLOCK);
     }
     return sum;

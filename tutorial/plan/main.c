@@ -4,13 +4,13 @@
 
 // Change these and see what happens.
 enum { BALLS = 4, SIDE = 240, VIEW = 2 };
-static const double free_path[BALLS] = {0.001, 0.1, 0.4, 2}; // dmfp of red; green 0.6 of it, blue 0.4
+static const double free_path[BALLS] = {0.001, 0.1, 0.4, 2}; // dmfp of red
 static const float albedo[3] = {0.8f, 0.55f, 0.4f};
 static const double tolerance = 0.1;  // relative error of the model that is good enough
 static const double shading_cost = 10;// of shading an exit, over that of tracing a probe
 static const vec to_sun = {-0.8, 0.5, 0.2};
 static const double sun = 5, sky = 0.4;
-static const int few = 16;// lookups for each pixel
+static const int few = 16; // lookups for each pixel
 
 static const double radius = 0.9;
 static sss_medium wax[BALLS];
@@ -124,8 +124,8 @@ int main(int argc, char **argv) {
         sss_plan strict = choose(&wax[i], 0.01), lax = choose(&wax[i], 0.4);
         plan[i] = choose(&wax[i], tolerance);
         draw(&s, i);
-        printf("ball %d, dmfp %g: tolerance 0.01 %s, 0.1 %s, 0.4 %s; tile %d, per_channel %d\n", i + 1,
-               free_path[i], model(&strict), model(&plan[i]), model(&lax), plan[i].tile,
+        printf("ball %d, dmfp %g: tolerance 0.01 %s, 0.1 %s, 0.4 %s; tile %d, per_channel %d\n",
+               i + 1, free_path[i], model(&strict), model(&plan[i]), model(&lax), plan[i].tile,
                plan[i].per_channel);
         print_plan("planned", i, &plan[i]);
         print_plan("default", i, &standard);

@@ -20,8 +20,8 @@ static void print_colour(const char *name, int c) {
     for (double r = step / 2; r < 60 * d; r += step) {
         sum += 2 * pi * r * albedo[c] * unit_profile(c, r) * step;
     }
-    printf("%s: d = %.4f, all that comes back: %.4f, within a distance of 0.2: %.4f\n", name, d, sum,
-           albedo[c] * unit_within(c, 0.2));
+    printf("%s: d = %.4f, all that comes back: %.4f, within a distance of 0.2: %.4f\n", name, d,
+           sum, albedo[c] * unit_within(c, 0.2));
 }
 
 int main(int argc, char **argv) {

@@ -74,7 +74,7 @@ static vec resampled(hit entry) {
 }
 // [/resample]
 
-// The estimate of all hits together, or of one that is picked in a wrong way, for an irradiance of 1.
+// An estimate for an irradiance of 1: the right one, or with a bug.
 static double energy(hit entry, int way) {
     reservoir r = {0, entry};
     hit hits[MOST_HITS];

@@ -1,4 +1,5 @@
-// share - exits that serve their neighbours. Chapter 13 of the tutorial; SPDX-License-Identifier: MIT
+// share - exits that serve their neighbours. Chapter 13 of the tutorial.
+// SPDX-License-Identifier: MIT
 #include "sss_resample.h"
 #include "tutorial/head.h"
 
@@ -56,7 +57,7 @@ static long share(const sss_entry *group, const hit *entry, int count, int per_c
 // [/share]
 
 // [tile]
-// One sample of all pixels of the tile at (left, top). Without sharing each entry is a group of one.
+// One sample of all pixels of the tile at (left, top). Not shared, each entry is a group of one.
 static long add_tile(vec *seen, int left, int top, int shared, int per_channel) {
     sss_entry group[MOST];
     hit entry[MOST];

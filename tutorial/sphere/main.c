@@ -92,7 +92,8 @@ int main(int argc, char **argv) {
         }
         sum /= probes;
         plot_name(p, way, paint[way], name[way]);
-        printf("%s: sum %.2f, probes without a hit %.2f, relative variance %.2f, largest weight %.3g\n",
+        printf("%s: sum %.2f, probes without a hit %.2f, relative variance %.2f, "
+               "largest weight %.3g\n",
                name[way], sum, missed / probes, squares / probes / (sum * sum) - 1, heaviest);
     }
     return sheet_end(&s);

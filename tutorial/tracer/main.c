@@ -4,7 +4,7 @@
 
 // Change these and see what happens.
 enum { BALLS = 4, WIDTH = 520, HEIGHT = 190 };
-static const double free_path[BALLS] = {0.002, 0.1, 0.4, 1.2}; // dmfp of red; green 0.6 of it, blue 0.4
+static const double free_path[BALLS] = {0.002, 0.1, 0.4, 1.2}; // dmfp of red
 static const float albedo[3] = {0.8f, 0.55f, 0.4f};
 static const vec to_sun = {-0.8, 0.7, 0.3};
 static const double sun = 3, sky = 0.25; // irradiance of the sun head-on; radiance of the sky
