@@ -5,6 +5,7 @@
 #define COMMAND "render"
 #include "common/command.h"
 #include "common/device.h"
+#include "common/progress.h"
 #include "common/files.h"
 #include "common/tracer.h"
 
@@ -276,35 +277,6 @@ static void check_outputs(const options *o) {
     }
 }
 
-// ---- Progress: one line that is overwritten on a terminal, a line every few seconds elsewhere
-
-typedef struct progress {
-    const char *label;
-    double start, printed, done, total; // done and total in any unit of work
-    int terminal;
-} progress;
-
-static void progress_begin(progress *p, double total) {
-    memset(p, 0, sizeof *p);
-    p->start = p->printed = now();
-    p->total = total;
-    p->terminal = isatty(STDERR_FILENO);
-}
-
-static void progress_show(progress *p, double done) {
-    double time = now(), share = done / p->total;
-    if (time - p->printed < (p->terminal ? 0.1 : 5.0) || done <= 0.0) return;
-    p->printed = time;
-    double left = (time - p->start) * (1.0 / share - 1.0);
-    fprintf(stderr, p->terminal ? "\r%-24s %3.0f %%, %.0f s left   " : "%s: %.0f %%, %.0f s left\n", p->label,
-            100.0 * share, left);
-    fflush(stderr);
-}
-
-static void progress_end(const progress *p) {
-    if (p->terminal) fprintf(stderr, "\r%60s\r", "");
-}
-
 // ---- Rendering
 
 typedef struct samples_progress {
@@ -547,7 +519,7 @@ static int render_one(const options *o) {
     if (strcmp(o->method, "shared") == 0) set_sharing(o, &s, &r.settings);
     if (o->against) against = load_against(o);
     progress p;
-    progress_begin(&p, r.spp);
+    progress_begin(&p, scenes_known[o->scene].name, r.spp);
     render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
@@ -699,9 +671,9 @@ static void compare_caption(image_bytes *sheet, const image_font *font, const ru
         snprintf(line, sizeof line, "stopped before %s",
                  r->spp ? "its error was measured" : "it was rendered");
     } else if (i == PLAIN) {
-        snprintf(line, sizeof line, "relative MSE %.3f", r->relative_mse);
+        snprintf(line, sizeof line, "relative MSE %.4f", r->relative_mse);
     } else {
-        snprintf(line, sizeof line, "relative MSE %.3f, %.1f times less", r->relative_mse,
+        snprintf(line, sizeof line, "relative MSE %.4f, %.1f times less", r->relative_mse,
                  runs[PLAIN].relative_mse / r->relative_mse);
     }
     image_text(sheet, font, line, 18.0f, left, top + 46, 20);
@@ -725,10 +697,13 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
         compare_caption(&sheet, font, runs, i, reference_spp > 0, left, height + margin + 6);
     }
     char line[400];
+    const sss_plan *shared = &runs[SHARED].settings.plan;
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s",
+             "Scene %s, profile %s. Plain traces one probe a lookup, resampling %d, sharing %d and its "
+             "exits serve %d x %d pixels. %s",
              scenes_known[o->scene].name, o->profile,
              o->settings.plan.candidates ? o->settings.plan.candidates : 8,
+             shared->candidates ? shared->candidates : 8, shared->tile, shared->tile,
              interrupted() ? "Stopped early: the panels may shade different numbers of points."
                            : "The first three shade as many points as whole samples a pixel (spp) "
                               "allow, the last had the time of the third.");
@@ -764,13 +739,12 @@ static int compare(const options *o) {
     }
     set_sharing(o, &s, &runs[SHARED].settings);
     progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
-    progress_begin(&p, o->spp * (3.0 + 3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
+    progress_begin(&p, "plain", o->spp * (3.0 + 3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
     compare_run(&s, &runs[RESAMPLED], o->spp, &p, "resampled", 3.0);
     compare_run(&s, &runs[AWARE], o->spp, &p, "resampled + light", 3.0);
     p.label = "shared + light";
     int spp = interrupted() ? 0 : shared_spp(&s, &runs[SHARED], &runs[AWARE], &p);
     compare_run(&s, &runs[SHARED], spp, &p, "shared + light", 3.0);
-    p.label = "plain";
     spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
     compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
     int reference_spp =

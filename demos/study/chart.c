@@ -11,6 +11,7 @@
 
 #define COMMAND "chart"
 #include "demos/common/command.h"
+#include "demos/common/progress.h"
 #include "rivals.h"
 
 #define CHART_SIZES   5
@@ -330,21 +331,9 @@ static void write_row(chart_file *f, const char *key, const chart_row *r, const 
 
 // ---- The race
 
-typedef struct chart_progress {
-    double start, printed;
+typedef struct chart_rows {
     int done, total, skipped;
-} chart_progress;
-
-static void show(chart_progress *p, const char *what) {
-    double now = clock_seconds(CLOCK_MONOTONIC);
-    int terminal = isatty(STDERR_FILENO), mine = p->done - p->skipped;
-    if (now - p->printed < (terminal ? 0.2 : 10.0)) return;
-    p->printed = now;
-    double left = mine > 0 ? (now - p->start) * (p->total - p->done) / mine : 0.0;
-    fprintf(stderr, terminal ? "\r%d of %d rows, %.0f s left: %-24s" : "chart: %d of %d rows, %.0f s left: %s\n",
-            p->done, p->total, left, what);
-    fflush(stderr);
-}
+} chart_rows;
 
 // Does this method with this setting run at this size and cost of shading?
 static int is_wanted(const chart_settings *settings, const rivals_method *m, int size, int cost, int setting) {
@@ -355,7 +344,7 @@ static int is_wanted(const chart_settings *settings, const rivals_method *m, int
 
 // All methods of one repeat of one world, interleaved; `dry` only counts the rows.
 static void race(chart_file *f, chart_world *w, const chart_settings *settings, int scene_index, int size, int repeat,
-                 chart_progress *p, int dry) {
+                 chart_rows *rows, progress *p, int dry) {
     for (int k = 0; k < RIVALS_COSTS * RIVALS_METHODS; k++) {
         int cost = k / RIVALS_METHODS, step;
         const rivals_method *m = &rivals_methods[k % RIVALS_METHODS];
@@ -366,15 +355,16 @@ static void race(chart_file *f, chart_world *w, const chart_settings *settings, 
                 snprintf(key, sizeof key, "%s,%g,%d,%s,%d,%d,", scenes_known[scene_index].name, (double)chart_sizes[size],
                          rivals_octaves[cost], m->name, setting, repeat);
                 int known = is_known(f, key);
-                p->total += dry;
-                p->skipped += dry && known;
+                rows->total += dry;
+                rows->skipped += dry && known;
                 if (!dry) {
                     if (!known) {
                         chart_row row = measure_row(w, settings, m, setting, cost, repeat);
                         write_row(f, key, &row, w, settings, cost, m->exact);
-                        p->done++;
+                        rows->done++;
                     }
-                    show(p, m->name);
+                    p->label = m->name;
+                    progress_show(p, rows->done - rows->skipped);
                 }
             }
             if (setting == 0) break;
@@ -406,27 +396,26 @@ int main(int argc, char **argv) {
     const char *path;
     const chart_settings *settings = parse(argc, argv, &path);
     chart_file f;
-    chart_progress p = {0.0, 0.0, 0, 0, 0};
+    chart_rows rows = {0, 0, 0};
+    progress p;
     open_file(&f, path, settings);
     signal(SIGINT, interrupt);
     for (int i = 0; i < CHART_SCENES * CHART_SIZES * settings->repeats; i++)
-        race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES % CHART_SIZES, i / (CHART_SCENES * CHART_SIZES), &p,
-             1);
-    p.done = p.skipped;
-    p.start = clock_seconds(CLOCK_MONOTONIC);
-    for (int i = 0; i < CHART_SCENES * settings->sizes && p.done < p.total && !interrupted; i++) {
-        char what[40];
-        snprintf(what, sizeof what, "reference %d of %d", i + 1, CHART_SCENES * settings->sizes);
-        show(&p, what);
+        race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES % CHART_SIZES, i / (CHART_SCENES * CHART_SIZES), &rows,
+             &p, 1);
+    rows.done = rows.skipped;
+    progress_begin(&p, "references", CHART_SCENES * settings->sizes);
+    for (int i = 0; i < CHART_SCENES * settings->sizes && rows.done < rows.total && !interrupted; i++) {
+        progress_show(&p, i);
         make_world(&worlds[i], settings, i % CHART_SCENES, chart_sizes[i / CHART_SCENES]);
     }
-    p.start = clock_seconds(CLOCK_MONOTONIC);
+    progress_begin(&p, "rows", rows.total - rows.skipped);
     for (int repeat = 0; repeat < settings->repeats && !interrupted; repeat++)
         for (int i = 0; i < CHART_SCENES * CHART_SIZES && !interrupted; i++)
-            race(&f, &worlds[i], settings, i % CHART_SCENES, i / CHART_SCENES, repeat, &p, 0);
-    if (isatty(STDERR_FILENO)) fputc('\n', stderr);
+            race(&f, &worlds[i], settings, i % CHART_SCENES, i / CHART_SCENES, repeat, &rows, &p, 0);
+    progress_end(&p);
     free(f.key);
     if (fclose(f.file) != 0) fail(1, "cannot write %s: %s", path, strerror(errno));
-    if (interrupted) fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", p.done, p.total, path);
+    if (interrupted) fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total, path);
     return interrupted ? 130 : 0;
 }
