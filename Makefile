@@ -115,6 +115,9 @@ build/test_mesh: tests/test_mesh.c tests/sss_test.h $(COMMON) | build
 build/test_opencl: tests/test_opencl.c tests/sss_test.h tests/layout.h $(COMMON) $(CL) build/layout_source.h
 	$(TEST_C) $< $(CL_C) -o $@ -lOpenCL -lcmocka -lm
 
+build/test_tiles: tests/test_tiles.c tests/sss_test.h $(COMMON) | build
+	$(TEST_C) $< -o $@ -lcmocka -lm
+
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
