@@ -622,27 +622,32 @@ static void compare_settings(const options *o, const scene *s, run *runs) {
     runs[RESAMPLED].settings.plan.tile = 0;
 }
 
-// Renders as many samples as take the time of the other run, or o->spp where there is none. What Ctrl-C leaves no time
-// for has no samples.
-static void compare_run(const options *o, const scene *s, run *r, const run *other, progress *p) {
+// The time of one sample, measured on other samples. The first one is not counted: a device may have
+// to build its program for it.
+static double sample_time(const scene *s, const run *r, progress *p) {
+    device_work ignored = {0, 0};
+    image scrap = new_image(&r->settings);
+    tracer_settings settings = r->settings;
+    settings.seed ^= 0x70696c6fu;
+    render_samples(s, &settings, &scrap, 0, 1, &ignored, p, 0.0);
     double start = spent();
+    render_samples(s, &settings, &scrap, 1, 2, &ignored, p, 0.0);
+    free(scrap.rgb);
+    return 0.5 * (spent() - start);
+}
+
+// Renders as many samples as take the time of the other run, or o->spp where there is none. What
+// Ctrl-C leaves no time for has no samples.
+static void compare_run(const options *o, const scene *s, run *r, const run *other, progress *p) {
     p->label = r->method;
-    r->spp = o->spp;
-    if (other && !interrupted()) {
-        device_work pilot = {0, 0};
-        image scrap = new_image(&r->settings);
-        tracer_settings settings = r->settings;
-        settings.seed ^= 0x70696c6fu;
-        render_samples(s, &settings, &scrap, 0, 2, &pilot, p, 0.0);
-        free(scrap.rgb);
-        r->spp = (int)(2.0 * other->seconds / (spent() - start) + 0.5);
-        if (r->spp < 1) r->spp = 1;
-        start = spent();
-    }
+    double each = interrupted() ? 0.0 : sample_time(s, r, p);
     if (interrupted()) {
         r->spp = 0;
         return;
     }
+    r->spp = other ? (int)(other->seconds / each + 0.5) : o->spp;
+    if (r->spp < 1) r->spp = 1;
+    double start = spent();
     render_run(s, r, p, r->method, (double)o->spp / r->spp);
     r->seconds = spent() - start;
 }
@@ -756,7 +761,9 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
     snprintf(line, sizeof line,
              "%s Plain: one probe, on one of three axes. Resampled: one of %d candidates%s, with a "
              "light hint.",
-             interrupted() ? "Stopped early." : "The first four take the same time (of one core).",
+             interrupted()       ? "Stopped early."
+             : devices.count > 0 ? "The first four take the same time."
+                                 : "The first four take the same processor time.",
              plan->candidates ? plan->candidates : 8, plan->per_channel ? " for each colour" : "");
     image_text(&sheet, font, line, 22.0f, margin, print_top, 90);
     snprintf(line, sizeof line,
@@ -779,7 +786,8 @@ static int compare(const options *o) {
     memset(runs, 0, sizeof runs);
     compare_settings(o, &s, runs);
     progress p; // in samples of the resampled run
-    progress_begin(&p, runs[RESAMPLED].method, o->spp * 4.0 + 2.0 * RENDER_COMPARE_COST * RENDER_COMPARE_REFERENCE);
+    progress_begin(&p, runs[RESAMPLED].method,
+                   o->spp * 4.0 + 2.0 * RENDER_COMPARE_COST * RENDER_COMPARE_REFERENCE);
     compare_run(o, &s, &runs[RESAMPLED], NULL, &p);
     compare_run(o, &s, &runs[SHARED], &runs[RESAMPLED], &p);
     compare_run(o, &s, &runs[PLAIN], &runs[RESAMPLED], &p);
