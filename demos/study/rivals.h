@@ -118,6 +118,8 @@ static inline void rivals_probe_lookup(const rivals_world *w, const sss_plan *pl
     sss_probe probe;
     sss_exit exit;
     scene_hits hits;
+    unsigned char found[SCENE_MAX_FOUND];
+    int calls = 0;
     sss_begin(&r, &w->s.medium, plan, at.position, at.normal, seed);
     while (sss_next_probe(&r, &probe)) {
         work->probes++;
@@ -125,12 +127,14 @@ static inline void rivals_probe_lookup(const rivals_world *w, const sss_plan *pl
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 y = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 n = scene_normal(&w->s.shape[hits.hit[i].shape], y);
+            found[calls++] = (unsigned char)hits.hit[i].shape;
             sss_add_hit(&r, y, n, told ? tracer_light_guess(&w->s, y, n) : 1.0f);
         }
     }
     value[0] = value[1] = value[2] = 0.0;
     if (!sss_finish(&r, &exit)) return;
-    tracer_point point = {exit.position, exit.normal, exit.position, scene_shape_at(&w->s, exit.position)};
+    int shape = exit.hit < 0 ? scene_shape_at(&w->s, at.position) : (int)found[exit.hit];
+    tracer_point point = {exit.position, exit.normal, exit.position, shape};
     sss_vec3 light = rivals_shade(w, point, seed);
     work->shaded++;
     value[0] = (double)(exit.weight[0] * light.x);
