@@ -108,8 +108,10 @@ equations_in_order() {
         END { exit bad || last == 0 }'
 }
 listings_are_shown() {
-    local slug name
-    for name in $(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' tutorial/*.h); do
+    local slug name names
+    names=$(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' tutorial/*.h)
+    [ -z "$(echo "$names" | sort | uniq -d)" ] || { echo "two headers have a listing of one name" && return 1; }
+    for name in $names; do
         grep -q "^<!-- code $name -->$" tutorial/*/README.md || { echo "$name is not shown" && return 1; }
     done
     for slug in $slugs; do
