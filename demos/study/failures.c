@@ -91,7 +91,7 @@ static void claim(int which, const char *side, const char *kind, double value, d
                   double truth_error) {
     double spread = hypot(error, truth_error);
     printf("%s,%s,%s,%.6g,%.2g,%.6g,%.2g,%.2f\n", panels[which].name, side, kind, value, error, truth, truth_error,
-           spread > 0.0 ? (value - truth) / spread : 0.0);
+           (value - truth) / fmax(spread, 1e-6 * fabs(truth))); // float sums are no nearer than that
 }
 
 static FILE *open_file(const char *name) {
