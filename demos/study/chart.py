@@ -1,0 +1,357 @@
+#!/usr/bin/env python3
+"""Draws what build/chart has measured, and writes every figure that the texts quote.
+
+usage: chart.py ROWS.csv MODEL.dat OUT
+
+OUT-race.png, OUT-which.png, OUT-hints.png, OUT-model.png; OUT.md: the page with its figures;
+OUT-caption.md: the paragraphs that the README shows. SPDX-License-Identifier: MIT
+"""
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+COSTS = [0, 2, 10, 80]  # of shading, in probes: chart_costs in chart.c
+TOLERANCES = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01]
+LEVELS = [1, 4, 16, 64]
+TIMES = np.logspace(-5, -2, 22)  # seconds a pixel
+SCENES = ["sphere", "slab", "corner", "needles", "bear"]
+
+# What a rival is called, and its colour.
+FAMILIES = {
+    "Lambert": (["lambert"], "#999999"),
+    "one disk": (["disk"], "#b07aa1"),
+    "lean probe": (["lean"], "#9c755f"),
+    "resampled": (["resampled", "memo", "two-exits", "four-exits", "colours", "no-strata"], "#f28e2b"),
+    "shared": (["shared", "shared-one"], "#e15759"),
+    "walk": (["walk"], "#4e79a7"),
+    "cloud": (["cloud"], "#59a14f"),
+}
+
+
+def load(path):
+    with open(path, encoding="utf-8") as f:
+        head = f.readline().strip("# \n")
+    rows = pd.read_csv(path, comment="#", keep_default_na=False)
+    for column in ["size", "seconds", "model", "thickness"]:
+        rows[column] = pd.to_numeric(rows[column])
+    return head, rows
+
+
+def curve(row, cost, kind="error"):
+    """Seconds a pixel and total error, over the number of samples. Beyond 64 samples the noise
+    goes on with the root."""
+    model = row.model if kind == "error" else row["model_block"]
+    charge = cost * row.probe_seconds
+    once = row.once_seconds + row.once_shaded * charge
+    each = row.seconds + row.shaded * charge
+    if row.method == "cloud":
+        return np.array([once + each]), np.array([row.error_1 if kind == "error" else row.block_1])
+    samples = np.array(LEVELS + [256, 1024, 4096, 16384], float)
+    errors = [getattr(row, f"{kind}_{n}") for n in LEVELS]
+    noise = max(errors[-1] ** 2 - model**2, 1e-9)
+    errors += [np.sqrt(model**2 + noise * 64 / n) for n in samples[4:]]
+    return once + samples * each, np.maximum(errors, 1e-4)
+
+
+def envelope(rows, cost, times=TIMES, kind="error"):
+    """The least total error of any of the rows, at each time; infinite before the first sample."""
+    best = np.full(len(times), np.inf)
+    for row in rows.itertuples():
+        t, e = curve(row, cost, kind)
+        here = np.exp(np.interp(np.log(times), np.log(t), np.log(e)))
+        here[times < t[0]] = np.inf
+        best = np.minimum(best, np.minimum.accumulate(here))
+    return best
+
+
+def time_to(rows, cost, target):
+    """Seconds a pixel until some row is down to that total error."""
+    best = np.inf
+    for row in rows.itertuples():
+        t, e = curve(row, cost)
+        e = np.minimum.accumulate(e)
+        if e[-1] > target:
+            continue
+        k = int(np.argmax(e <= target))
+        if k == 0:
+            best = min(best, t[0])
+            continue
+        part = np.log(e[k - 1] / target) / np.log(e[k - 1] / e[k])
+        best = min(best, np.exp(np.log(t[k - 1]) + part * np.log(t[k] / t[k - 1])))
+    return best
+
+
+def rivals(rows, hinted):
+    """All but the plan and but hints that no caller has."""
+    hints = ["none", "cosine"] if hinted else ["none"]
+    return rows[(rows.method != "plan") & rows.hint.isin(hints)]
+
+
+def plans(rows, hinted, cost):
+    hint = "cosine" if hinted else "none"
+    return rows[(rows.method == "plan") & (rows.hint == hint) & (rows.kind == COSTS.index(cost))]
+
+
+def world(rows, scene, size):
+    return rows[(rows.scene == scene) & (rows["size"] == size)]
+
+
+# ---- The plan against all
+
+
+def judge(rows):
+    """One line for each scene, size, cost and hint: how far the plan is from the frontier."""
+    out = []
+    for scene, size in rows[["scene", "size"]].drop_duplicates().itertuples(index=False):
+        here = world(rows, scene, size)
+        for hinted in [False, True]:
+            field = rivals(here, hinted)
+            for cost in COSTS:
+                plan = plans(here, hinted, cost)
+                best, mine = envelope(field, cost), envelope(plan, cost)
+                fair = np.isfinite(mine) & np.isfinite(best)
+                ratio = mine[fair] / best[fair]
+                at = {f: time_to(field[field.method.isin(m)], cost, 0.05)
+                      for f, (m, _) in FAMILIES.items()}
+                winner = min(at, key=at.get)
+                out.append({
+                    "scene": scene, "size": size, "hinted": hinted, "cost": cost,
+                    "mean": np.exp(np.log(ratio).mean()), "worst": ratio.max(),
+                    "time": time_to(plan, cost, 0.05) / at[winner], "winner": winner,
+                })
+    return pd.DataFrame(out)
+
+
+# ---- Pictures
+
+
+def finish(figure, path):
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def race(rows, out):
+    bodies = [("thick", "sphere", 0.0625), ("curved", "sphere", 1.0), ("thin, lit from behind", "slab", 1.0)]
+    figure, axes = plt.subplots(2, 3, figsize=(11, 6.6), sharex=True, sharey=True)
+    times = np.logspace(-6.5, -1.7, 120)
+    for k, (name, scene, size) in enumerate(bodies):
+        here = rivals(world(rows, scene, size), False)
+        for j, cost in enumerate([2, 80]):
+            ax = axes[j, k]
+            for family in ["Lambert", "one disk", "resampled", "shared", "walk", "cloud"]:
+                methods, colour = FAMILIES[family]
+                ax.plot(times * 1e6, 100 * envelope(here[here.method.isin(methods)], cost, times),
+                        color=colour, lw=2.2, label=family)
+            ax.plot(times * 1e6, 100 * envelope(plans(world(rows, scene, size), False, cost), cost, times),
+                    color="black", lw=1.6, ls=(0, (1, 1.2)), label="the plan")
+            ax.set_xscale("log")
+            ax.set_yscale("log")
+            ax.set_ylim(1, 150)
+            ax.set_xlim(0.3, 2e4)
+            ax.grid(alpha=0.25)
+            ax.set_yticks([1, 2, 5, 10, 20, 50, 100])
+            ax.set_yticklabels(["1 %", "2 %", "5 %", "10 %", "20 %", "50 %", "100 %"])
+            ax.minorticks_off()
+            if j == 0:
+                ax.set_title(f"{name}", fontsize=12)
+            if k == 0:
+                ax.set_ylabel(f"shading costs {cost} probes\n\ntotal error against the volume")
+            if j == 1:
+                ax.set_xlabel("CPU time of a pixel, µs")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.suptitle("Each method falls until it lies flat at the error of its model; "
+                    "the plan follows whichever is lowest", fontsize=13, y=0.985)
+    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.955))
+    figure.tight_layout(rect=(0, 0, 1, 0.915))
+    finish(figure, f"{out}-race.png")
+
+
+def which(rows, out):
+    charges = np.logspace(-0.5, 2.5, 61)
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.9), sharey=True)
+    names = list(FAMILIES)
+    used = set()
+    for ax, hinted in zip(axes, [False, True]):
+        spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
+        x = np.log10(spots.thickness.to_numpy())
+        for k, (scene, size, _) in enumerate(spots.itertuples(index=False)):
+            field = rivals(world(rows, scene, size), hinted)
+            left = x[k] - 0.035
+            for c in charges:
+                at = {f: time_to(field[field.method.isin(m)], c, 0.05) for f, (m, _) in FAMILIES.items()}
+                best = min(at, key=at.get)
+                if not np.isfinite(at[best]):
+                    continue
+                used.add(best)
+                ax.bar(10**left, c * (10**0.05 - 1), bottom=c / 10**0.025, width=10 ** (left + 0.07) - 10**left,
+                       align="edge", color=FAMILIES[best][1], lw=0)
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        ax.set_ylim(0.3, 330)
+        ax.set_xlabel("thickness of the body, in diffuse mean free paths")
+        ax.set_title("hinted by n·l + .05" if hinted else "no hint")
+    axes[0].set_ylabel("cost of shading an exit, in probes")
+    handles = [plt.Rectangle((0, 0), 1, 1, color=FAMILIES[f][1]) for f in names if f in used]
+    figure.legend(handles, [f for f in names if f in used], loc="upper center", ncol=7, frameon=False,
+                  bbox_to_anchor=(0.5, 0.93))
+    figure.suptitle("Which for me: the first to 5 % total error. One bar for each scene and size", fontsize=13)
+    figure.tight_layout(rect=(0, 0, 1, 0.9))
+    finish(figure, f"{out}-which.png")
+
+
+def noise2(row):
+    return max(row.error_1**2 - row.model**2, 1e-9)
+
+
+def hint_table(rows):
+    """Variance with each hint over that without, one sample, 8 candidates, own exit."""
+    table = {}
+    for method in ["resampled", "shared"]:
+        for hint in ["cosine", "lamp", "exact", "wrong"]:
+            ratio = []
+            for scene in SCENES:
+                here = world(rows, scene, 1.0)
+                here = here[(here.method == method) & (here.setting == 8)]
+                pick = {h: noise2(here[here.hint == h].iloc[0]) for h in ["none", hint]}
+                ratio.append(pick[hint] / pick["none"])
+            table[method, hint] = ratio
+    return table
+
+
+def hints(table, out):
+    figure, ax = plt.subplots(figsize=(8.6, 4.2))
+    width = 0.15
+    names = {"exact": "exact", "lamp": "lamp without its shadow", "cosine": "n·l + .05", "wrong": "wrong side"}
+    colours = ["#59a14f", "#76b7b2", "#edc948", "#e15759"]
+    for k, (hint, label) in enumerate(names.items()):
+        ax.bar(np.arange(len(SCENES)) + (k - 1.5) * width, table["resampled", hint], width,
+               label=label, color=colours[k])
+    ax.axhline(1, color="black", lw=1)
+    ax.set_yscale("log")
+    ax.set_xticks(range(len(SCENES)))
+    ax.set_xticklabels(SCENES)
+    ax.set_ylabel("variance, over that without a hint")
+    ax.set_title("A good hint takes most of the variance away; a wrong one costs as much again")
+    ax.legend(frameon=False, ncol=4, loc="upper left")
+    ax.set_ylim(top=ax.get_ylim()[1] * 2.5)
+    figure.tight_layout()
+    finish(figure, f"{out}-hints.png")
+
+
+def profiles(path, out):
+    data = pd.read_csv(path, sep=r"\s+", comment="#", header=None)
+    names = ["Burley by dmfp", "Burley by mfp", "dipole", "better dipole"]
+    figure, ax = plt.subplots(figsize=(7.4, 4.2))
+    data = data[data[0] == data[0].min()]
+    for k, name in enumerate(names):
+        ax.plot(data[1], 100 * data[3 + k], "o-", label=name)
+    ax.set_xlabel("albedo of a scattering")
+    ax.set_ylabel("error of the profile, %")
+    ax.set_ylim(bottom=0)
+    ax.grid(alpha=0.25)
+    ax.legend(frameon=False)
+    ax.set_title("Profiles against a walk through the half space")
+    figure.tight_layout()
+    finish(figure, f"{out}-model.png")
+
+
+# ---- Words and figures
+
+
+def mean(values):
+    return float(np.exp(np.mean(np.log(values))))
+
+
+def page(head, rows, verdict, table, out):
+    main = verdict[verdict["size"] == 1.0]
+    lines = ["# The race", "",
+             f"Written by `demos/study/chart.py` from one run: {head.replace('# ', '')}. "
+             f"The truth is known to {100 * rows.truth_error.mean():.1f} % a pixel, and that is taken off.", ""]
+    counts = {}
+    for hinted in [False, True]:
+        part = main[main.hinted == hinted]
+        counts[hinted] = (int((part["mean"] <= 1.2).sum()), int((part.worst <= 1.2).sum()), len(part))
+        every = verdict[verdict.hinted == hinted]
+        counts["all", hinted] = (int((every["mean"] <= 1.2).sum()), len(every))
+    caption = [
+        "Total error (noise and model together) against a random walk through the volume, over CPU time of a pixel; "
+        "nothing is told of the light. Each method at its best setting at each time.",
+        "",
+        f"**The plan is within 20 % of the least error of all rivals in {counts[False][0]} of {counts[False][2]} cases of "
+        f"scene and cost of shading without hints, and in {counts[True][0]} of {counts[True][2]} hinted by n·l + .05** "
+        f"(mean over 10 µs to 10 ms a pixel; at each time in {counts[False][1]} and {counts[True][1]}).",
+    ]
+    lines += ["![total error over time](chart-race.png)", ""] + caption + ["",
+              "![which method](chart-which.png)", "", "![hints](chart-hints.png)", "", "## The plan, case by case", "",
+              "Error of the plan over the least error of any rival (geometric mean over time, worst), time to 5 % total "
+              "error over that of the quickest rival, and which rival that is.", "",
+              "| scene | cost | no hint: mean, worst | time | quickest | n·l + .05: mean, worst | time | quickest |",
+              "|---|---|---|---|---|---|---|---|"]
+    for scene in SCENES:
+        for cost in COSTS:
+            cells = [scene, str(cost)]
+            for hinted in [False, True]:
+                v = main[(main.scene == scene) & (main.cost == cost) & (main.hinted == hinted)].iloc[0]
+                cells += [f"{v['mean']:.2f}, {v.worst:.2f}", f"{v.time:.2f}" if np.isfinite(v.time) else "-", v.winner]
+            lines.append("| " + " | ".join(cells) + " |")
+    lines += ["", f"At all four sizes: {counts['all', False][0]} of {counts['all', False][1]} without hints, "
+              f"{counts['all', True][0]} of {counts['all', True][1]} hinted.", "",
+              "## What a hint is worth", "",
+              "Variance of one sample with 8 candidates, over that without a hint: geometric mean, least and most over "
+              "the five scenes.", "", "| hint | own exit | shared over 8 x 8 |", "|---|---|---|"]
+    for hint, label in [("exact", "exact"), ("lamp", "lamp without its shadow"), ("cosine", "n·l + .05"),
+                        ("wrong", "wrong side")]:
+        cells = [label]
+        for method in ["resampled", "shared"]:
+            r = table[method, hint]
+            cells.append(f"{mean(r):.2f} ({min(r):.2f} to {max(r):.2f})")
+        lines.append("| " + " | ".join(cells) + " |")
+    lines += ["", "## Pixels and blocks", "",
+              "Error of one sample, of pixels and of the mean over 8 x 8 of them: sharing lowers the noise of pixels, "
+              "and correlates it, so that a block gains less.", "",
+              "| scene | own exit: pixels | block | shared: pixels | block |", "|---|---|---|---|---|"]
+    for scene in SCENES:
+        here = world(rows, scene, 1.0)
+        here = here[(here.hint == "none") & (here.setting == 8)]
+        cells = [scene]
+        for method in ["colours", "shared"]:
+            r = here[here.method == method].iloc[0]
+            cells += [f"{100 * np.sqrt(max(r.error_1**2 - r.model**2, 0)):.1f} %",
+                      f"{100 * np.sqrt(max(r.block_1**2 - r.model_block**2, 0)):.1f} %"]
+        lines.append("| " + " | ".join(cells) + " |")
+    with open(f"{out}.md", "w", encoding="utf-8") as f:
+        f.write("\n".join(lines) + "\n")
+    with open(f"{out}-caption.md", "w", encoding="utf-8") as f:
+        f.write("\n".join(caption) + "\n")
+
+
+def main():
+    if len(sys.argv) == 2 and sys.argv[1] == "--help":
+        print(__doc__)
+        return 0
+    if len(sys.argv) != 4:
+        print("chart.py: wants ROWS.csv MODEL.dat OUT; --help says more", file=sys.stderr)
+        return 2
+    try:
+        head, rows = load(sys.argv[1])
+    except (OSError, ValueError, KeyError) as error:
+        print(f"chart.py: cannot read {sys.argv[1]}: {error}", file=sys.stderr)
+        return 2
+    out = sys.argv[3]
+    verdict = judge(rows)
+    table = hint_table(rows)
+    race(rows, out)
+    which(rows, out)
+    hints(table, out)
+    profiles(sys.argv[2], out)
+    page(head, rows, verdict, table, out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
