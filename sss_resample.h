@@ -73,9 +73,10 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 lengths of the medium; at 1e5 it is off by 1 %, at 1e6 by 4 % and more. A renderer
-   with larger coordinates begins the lookup at the origin and adds the entry to each probe in its
-   own precision. Channels far narrower than the widest one scatter like Lambert (see sss_medium).
+   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
+   in its own precision. Channels far narrower than the widest one scatter like Lambert (see
+   sss_medium).
 
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
    Use a seed once.
@@ -136,8 +137,8 @@
 #define SSSI_OPENCL 0
 #endif
 
-/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the file.
- */
+/* clang defines no macro for most parts of -ffast-math: it is told here, until the end of the
+   file. */
 #if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
 #pragma float_control(push)
 #pragma float_control(precise, on)
@@ -185,8 +186,8 @@ static inline float sssi_float(uint32_t u) {
 #define SSSI_FN static inline
 #endif
 
-/* A function that holds such loops stays apart, so that they vectorise whatever its caller is like.
- */
+/* A function that holds such loops stays apart, so that they vectorise whatever its caller is
+   like. */
 #if defined(__OPTIMIZE__) || SSSI_OPENCL
 #define SSSI_APART static __attribute__((noinline, unused))
 #else
@@ -237,7 +238,7 @@ typedef enum sss_result {
    fields are private. A channel is *live* (albedo > 0, length > 0), *Lambert* (albedo > 0, length
    0: the light leaves where it came in) or *black* (albedo 0). A channel whose length is below
    2^-20 of the widest channel's r_max becomes Lambert: float coordinates cannot resolve it beside
-   the other. That moves all but 1e-3 of its light by less than 1e-3 of r_max. */
+   the other. All but 1e-3 of its light would leave within 1e-3 of r_max. */
 typedef struct sss_medium {
     int dipole;          /* 0: Burley's profile [6]; 1: a dipole [7] */
     float albedo[3];     /* A: the integral of Rd over the plane, 0..1 */
@@ -257,30 +258,27 @@ enum {
     SSS_DISK_TANGENTS = 2, /* [3] along two tangents */
     SSS_SPHERE = 4,        /* [4] */
     SSS_CHORD = 8,         /* [5] */
-    SSS_WALK = 16,   /* [9]: each candidate is a random walk through the volume, not the profile */
-    SSS_LAMBERT = 32 /* no probes: one exit at the entry, with weight A */
+    SSS_WALK = 16,         /* [9]: candidates are random walks through the volume */
+    SSS_LAMBERT = 32       /* no probes: one exit at the entry, with weight A */
 };
 
 /* How many probes by which techniques. All zero means: 8 candidates, 1 exit, the default mix. */
 typedef struct sss_plan {
-    int candidates; /* M: probes or walks for each lookup, 1..SSS_MAX_CANDIDATES; 0: 8 */
-    int exits; /* N: exits for each lookup, 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
+    int candidates;      /* M: probes or walks, 1..SSS_MAX_CANDIDATES; 0: 8 */
+    int exits;           /* N: 1..SSS_MAX_EXITS; 0: 1. Probe j feeds exit j mod N */
     unsigned techniques; /* bits above, which share the probes equally; 0: the default mix */
-    int independent;     /* not 0: the memo's plain algorithm, every choice drawn anew for each
-                            candidate */
-    int per_channel; /* not 0: each live channel picks its own exit; exits must be 0 or 1. Channels
-                        that pick the same hit share one exit */
-    int tile;        /* advice: side of the square of pixels that should share exits; 0, 1: none */
+    int independent;     /* not 0: the memo's plain algorithm, without strata */
+    int per_channel;     /* not 0: each live channel picks its own exit, see sss_finish */
+    int tile;            /* advice: side of the square of pixels to share exits; 0, 1: none */
 } sss_plan;
 
 /* What a scene asks for; lengths in scene units, 0 where not known. */
 typedef struct sss_need {
-    float footprint; /* width of a pixel on the surface */
-    float
-        curvature_radius; /* of the surface about the entry; half the thickness where it is thin */
-    float shading_cost;   /* of shading one exit, over that of tracing one probe */
-    float tolerance;      /* relative error of the model that is good enough; 0: 0.1 */
-    int hinted;           /* not 0: light hints will be given */
+    float footprint;        /* width of a pixel on the surface */
+    float curvature_radius; /* of the surface about the entry, see sss_plan_for */
+    float shading_cost;     /* of shading one exit, over that of tracing one probe */
+    float tolerance;        /* relative error of the model that is good enough; 0: 0.1 */
+    int hinted;             /* not 0: light hints will be given */
 } sss_need;
 
 typedef struct sss_probe {
@@ -291,9 +289,8 @@ typedef struct sss_probe {
 typedef struct sss_exit {
     sss_vec3 position, normal; /* as given to sss_add_hit, the normal at unit length */
     float weight[3];           /* times white Lambert's radiance there: the contract above; >= 0 */
-    int hit;    /* which call of sss_add_hit of this lookup it was, from 0, rejected ones
-                   counted; -1: the entry itself */
-    float mass; /* for sss_share; 0: the exit serves its own lookup alone */
+    int hit;                   /* which call of sss_add_hit it was, from 0; -1: the entry itself */
+    float mass;                /* for sss_share; 0: the exit serves its own lookup alone */
 } sss_exit;
 
 /* An entry as sss_share sees it. */
@@ -302,12 +299,12 @@ typedef struct sss_entry {
     const sss_medium *medium;
 } sss_entry;
 
-/* A medium as a lookup uses it. */
+/* A medium as a lookup uses it, in inner units. Channels that are not live hold the values of one
+   that is, so that no loop over channels needs a branch. */
 typedef struct sssi_optics {
-    sss_medium
-        medium;   /* in inner units; channels that are not live hold the values of one that is */
-    float unit;   /* scene units in an inner unit: 2^e <= the longest live length */
-    float mix[3]; /* 1 / n for the n live channels, 0 for the others */
+    sss_medium medium;
+    float unit;        /* scene units in an inner unit: 2^e <= the longest live length */
+    float mix[3];      /* 1 / n for the n live channels, 0 for the others */
     int live, lambert; /* how many channels are live, and how many are Lambert */
 } sssi_optics;
 
@@ -337,7 +334,7 @@ enum { SSSI_NORMAL, SSSI_TANGENT, SSSI_BITANGENT, SSSI_SPHERE, SSSI_CHORD, SSSI_
 typedef struct sssi_probes {
     sssi_lanes origin, direction; /* in scene units */
     float length[SSS_LANES];      /* not above 0: that probe has no segment */
-    float depth[SSS_LANES]; /* of the point that a sphere's line runs through; 0 for the others */
+    float depth[SSS_LANES];       /* of the point that a sphere's line runs through; else 0 */
 } sssi_probes;
 
 /* Hits that wait to be weighed together. */
@@ -352,19 +349,20 @@ typedef struct sssi_hits {
 
 /* The random walk under way; lengths in inner units. */
 typedef struct sssi_walk {
-    int on, found;      /* a segment has been given; a hit of it is held */
-    int goes_on;        /* that hit is the start of the walk */
-    uint32_t key;       /* of its random numbers */
-    sss_vec3 position;  /* where the segment starts, about the entry */
-    sss_vec3 direction; /* at unit length */
-    float length;       /* of the segment */
-    float skip, skin;   /* where its trace begins; how far that is for the first segment at least */
-    float extinction;   /* of the channel that draws the distances */
-    int scatterings;    /* n of [9] */
-    float path;         /* L of [9], up to where the segment starts */
-    float roulette;     /* ln of the product of 1 / chances to live on */
-    float distance;     /* of the hit that is held */
-    sssi_candidate hit;
+    int on, found;           /* a segment has been given; a hit of it is held */
+    int goes_on;             /* that hit is the start of the walk, seen from outside */
+    uint32_t key;            /* of its random numbers */
+    sss_vec3 position;       /* where the segment starts, about the entry */
+    sss_vec3 direction;      /* at unit length */
+    float length;            /* of the segment */
+    float skip;              /* where on the segment its trace begins */
+    float skin;              /* that length for the first segment */
+    float extinction;        /* of the channel that draws the distances */
+    int scatterings;         /* n of [9] */
+    float path;              /* L of [9], up to where the segment starts */
+    float roulette;          /* ln of the product of 1 / chances to live on */
+    float distance;          /* of the hit that is held, in scene units */
+    sssi_candidate hit;      /* that hit */
     float log_extinction[3]; /* over that of channel 0 */
     float log_albedo[3];     /* of one scattering */
     float brightest;         /* the highest of these, of the live channels */
@@ -373,17 +371,16 @@ typedef struct sssi_walk {
 /* One lookup: plain values, lives on the stack, its fields are private. */
 typedef struct sss_resampler {
     sssi_optics optics;
-    sss_vec3 position;            /* in scene units */
-    sss_vec3 axis[3];             /* normal, tangent, bitangent: orthonormal */
-    float share[SSSI_TECHNIQUES]; /* q of each technique: its expected part of the probes, sums to 1
-                                   */
+    sss_vec3 position;              /* in scene units */
+    sss_vec3 axis[3];               /* normal, tangent, bitangent: orthonormal */
+    float share[SSSI_TECHNIQUES];   /* q of each technique: its expected part of the probes */
     int first[SSSI_TECHNIQUES + 1]; /* technique t has the probes first[t] .. first[t + 1] - 1 */
     int candidates, exits, independent, per_channel, walks;
-    float reach;   /* of disk and sphere probes, in inner units: a little less than `ball` */
-    float ball;    /* radius beyond which their intensity is 0, a little less than r_max */
-    float blur;    /* how far a line may pass from where it should, in inner units */
-    uint32_t seed; /* of the lattices of numbers, with `sample` */
-    uint32_t sample;
+    float reach;     /* of disk and sphere probes: a little less than `ball`, in inner units */
+    float ball;      /* beyond it their intensity is 0; a little less than r_max */
+    float blur;      /* how far a line may pass from where it should */
+    uint32_t seed;   /* of the lattices of numbers, with `sample` */
+    uint32_t sample; /* by which they are shifted */
     uint32_t key;    /* of all other random numbers */
     int next, calls; /* probes given; calls of sss_add_hit */
     int weighed;     /* hits weighed so far */
@@ -434,11 +431,21 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 static inline float sss_profile(const sss_medium *m, int channel, float r);
 
 /* The integral of Rd over the disk of radius r: 0..albedo; 0 for a channel or radius that does not
- * exist. */
+   exist. */
 static inline float sss_within(const sss_medium *m, int channel, float r);
 
-/* The cheapest plan whose model is good enough for a need. See the definition for the rule and its
- * error. */
+/* The cheapest plan whose model is good enough for a need. In this order:
+     SSS_WALK      where the flat profile would be off by more than the tolerance, all channels
+                   weighed by their albedo;
+     SSS_LAMBERT   where the light leaves within a pixel (footprint * tolerance > 0.05 r_max);
+     SSS_DISK      with one candidate, where the surface is flat as far as r_max;
+     the default mix elsewhere, with the candidates, colours and tile that pay.
+   curvature_radius is that of the largest ball that touches the surface at the entry, from inside
+   or from outside, and holds no other surface: half the thickness of a leaf, the distance from an
+   edge.
+   Every point y of the surface bounds it from above, by |v|^2 / (2 |n.v|) with v = y - entry: take
+   the least of that over the hits of earlier lookups nearby, or of the mesh's vertices. 0, not
+   known, gives the walk, which is right on every shape. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
 /* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
@@ -459,15 +466,16 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
 
 /* A hit of the last probe, in order of distance (another order changes bits, not the expected
-   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the light
-   that arrives there, 1 when not known. 0 drops the hit, which is exact only where no light comes.
-   Positive values act as clamped to [2^-30, 2^30] and change the variance, not the expected value.
- */
+   value); of a walk's segment only the nearest counts. light: a guess, in any unit, of the
+   light that arrives there, 1 when not known. 0 drops the hit, which is exact only where no
+   light comes. Positive values act as clamped to [2^-30, 2^30] and change the variance, not the
+   expected value. */
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
 /* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices, one exit
-   suffices for the default plan. No exit is a fair sample of zero: do not try again. */
+   suffices for the default plan. No exit is a fair sample of zero: do not try again. With
+   per_channel, channels that picked the same hit share one exit. */
 static inline int sss_finish(sss_resampler *s, sss_exit *exits);
 
 /* Expected hits per unit area and probe at a point of the surface, 1/length^2; 0 for walks. */
@@ -479,14 +487,14 @@ static inline uint32_t sss_hash(uint32_t a, uint32_t b);
 
 /* One exit, many lookups [8]: the weight of an exit for every entry of a group of lookups, of which
    number `own` found it. Add weight[i][c] * E(exit) to the estimate of entry i, for every exit of
-   every member. The expected value stays the contract's if - the group is chosen without a look at
-   the random numbers (a tile of pixels, one object); - every member made its own lookup, also if
-   that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do where all is flat).
-   No ray is needed. weight[i][c] is at most albedo * live channels * mass. Neighbours then have
-   correlated noise: shift the tiles from pass to pass. A channel of an entry whose length is below
-   half of `spacing`, the distance of neighbours, gains nothing (demos/study/tile.c): there each
-   entry keeps to its own exits. Exits with mass 0 serve their own entry alone. Fastest if all
-   entries point to one medium. */
+   every member. The expected value stays the contract's under two conditions. The group is chosen
+   without a look at the random numbers (a tile of pixels, one object). Every member made its own
+   lookup, also if that found no exit, with a plan that holds SSS_CHORD (SSS_DISK alone will do
+   where all is flat). No ray is needed. weight[i][c] is at most albedo * live channels * mass.
+   Neighbours then have correlated noise: shift the tiles from pass to pass. A channel of an entry
+   whose length is below half of `spacing`, the distance of neighbours, gains nothing
+   (demos/study/tile.c): there each entry keeps to its own exits. Exits with mass 0 serve their own
+   entry alone. Fastest if all entries point to one medium. */
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]);
 
@@ -497,7 +505,7 @@ static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const s
                                     float density_sum, float weight[3]);
 
 /* 1 if a channel takes part at this spacing, 0 if each entry keeps to its own exits: the rule
- * above. */
+   above. */
 static inline int sss_is_shared(const sss_medium *m, int channel, float spacing);
 
 /* ---- Mathematics: the same bits on every device, hence not libm's. Worst errors over all
@@ -513,8 +521,9 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
 #define SSSI_FARTHEST 1e30f    /* the largest coordinate of an entry */
 #define SSSI_TAIL     1e-4f    /* what r_max leaves out */
 #define SSSI_NARROW   9.5367432e-7f /* 2^-20: shortest live length, over r_max */
-#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sssi_set_optics */
+#define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sss_begin_sample */
 #define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
+
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
 #define SSSI_TINY 1e-36f
@@ -629,7 +638,7 @@ SSSI_FN int sssi_normalize(sss_vec3 *v) {
 }
 
 /* Two tangents of a unit normal: Duff et al., "Building an orthonormal basis, revisited", JCGT
- * 2017. */
+   2017. */
 SSSI_FN void sssi_frame(sss_vec3 n, sss_vec3 *t, sss_vec3 *b) {
     float sign = n.z >= 0.0f ? 1.0f : -1.0f;
     float a = -1.0f / (sign + n.z);
@@ -701,7 +710,7 @@ SSSI_FN float sssi_burley_unit(float d, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_burley_tail(float d, float r) {
     float e = sssi_exp(-r / (3.0f * d));
 
@@ -763,7 +772,7 @@ SSSI_FN float sssi_dipole_unit(const sss_medium *m, int c, float r2) {
 }
 
 /* The integral of the unit profile beyond r, and within r: each accurate where it is the smaller
- * one. */
+   one. */
 SSSI_FN float sssi_dipole_tail(const sss_medium *m, int c, float r) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float dr = SSSI_SQRT(r * r + zr * zr);
@@ -993,13 +1002,13 @@ static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], co
     return sssi_make_burley(m, albedo, mfp, 1);
 }
 
-/* Loops over three channels vectorise when they go over four: the last is one of the others again.
- */
+/* Loops over three channels vectorise when they go over four: the last is one of the others
+   again. */
 #define SSSI_FOUR 4
 SSSI_FN int sssi_channel_of(int lane) { return lane < 3 ? lane : 0; }
 
 /* The boundary of a dipole: z_v = z_r + 4 A D, and the part of the reflectance that comes from the
- * flux. */
+   flux. */
 typedef struct sssi_boundary {
     int better;
     float a, flux;
@@ -1008,33 +1017,44 @@ typedef struct sssi_boundary {
 /* Moments C1 and C2 of the internal Fresnel reflectance F: C_i = integral of F mu^i dmu over 0..1,
    mu the cosine inside. y is the cosine on the thin side, z that on the dense one. A quintic in
    place of y makes the midpoint rule converge as a Gauss rule does: 2e-8 for all eta. */
+#define SSSI_NODES 32
 SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n = eta > 1.0f ? eta : 1.0f / eta;
     float n2 = (n - 1.0f) * (n + 1.0f);
-    float part1[SSSI_FOUR] = {0.0f}, part2[SSSI_FOUR] = {0.0f};
+    int inside_is_dense = eta > 1.0f;
+    float part1[SSSI_NODES], part2[SSSI_NODES];
+    float four1[SSSI_FOUR], four2[SSSI_FOUR];
     float c1, c2;
     sssi_boundary b;
     int i, l;
 
-    for (i = 0; i < 32; i += SSSI_FOUR) {
-        for (l = 0; l < SSSI_FOUR; ++l) {
-            float x = ((float)(i + l) + 0.5f) / 32;
-            float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
-            float dy = 30.0f / 32 * (x * (1.0f - x)) * (x * (1.0f - x));
-            float z = SSSI_SQRT(y * y + n2) / n;
-            float rs = (y - n * z) / (y + n * z);
-            float rp = (n * y - z) / (n * y + z);
-            float f = 0.5f * (rs * rs + rp * rp) * y * dy;
+    for (i = 0; i < SSSI_NODES; ++i) {
+        float x = ((float)i + 0.5f) / SSSI_NODES;
+        float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
+        float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
+        float z = SSSI_SQRT(y * y + n2) / n;
+        float rs = (y - n * z) / (y + n * z);
+        float rp = (n * y - z) / (n * y + z);
+        float mu = inside_is_dense ? z : y;
 
-            part1[l] += f;
-            part2[l] += f * (eta > 1.0f ? z : y);
+        part1[i] = 0.5f * (rs * rs + rp * rp) * y * dy;
+        part2[i] = part1[i] * mu;
+    }
+
+    /* Sums of every fourth, then of those: they keep more digits, and run side by side. */
+    for (l = 0; l < SSSI_FOUR; ++l) {
+        four1[l] = part1[l];
+        four2[l] = part2[l];
+        for (i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
+            four1[l] += part1[i];
+            four2[l] += part2[i];
         }
     }
-    c1 = (part1[0] + part1[1]) + (part1[2] + part1[3]);
-    c2 = (part2[0] + part2[1]) + (part2[2] + part2[3]);
+    c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
+    c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
-    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle.
-     */
+    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
+       angle. */
     if (eta > 1.0f) {
         float critical = n2 / (n * n);
 
@@ -1088,13 +1108,14 @@ SSSI_FN sssi_shape sssi_make_shape(sssi_boundary b, float x) {
     return h;
 }
 
-/* Channel c with the shape h and the reduced mean free path z_r. */
-SSSI_FN void sssi_set_dipole(sss_medium *m, int c, sssi_boundary b, sssi_shape h, float zr) {
+/* Channel c with the numbers of a shape and the reduced mean free path z_r. */
+SSSI_FN void sssi_set_dipole(sss_medium *m, int c, float flux, float sigma, float depth, float core,
+                             float zr) {
     m->length[c] = zr;
-    m->zv[c] = zr + zr * h.depth;
-    m->sigma[c] = h.sigma / zr;
-    m->flux[c] = b.flux / (4.0f * SSSI_PI * h.core);
-    m->fluence[c] = (1.0f - b.flux) / (2.0f * SSSI_PI * h.core * h.depth * zr);
+    m->zv[c] = zr + zr * depth;
+    m->sigma[c] = sigma / zr;
+    m->flux[c] = flux / (4.0f * SSSI_PI * core);
+    m->fluence[c] = (1.0f - flux) / (2.0f * SSSI_PI * core * depth * zr);
 }
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
@@ -1147,10 +1168,10 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
             float zr = 1.0f / (sigma_a[c] + sigma_s[c]);
 
             m->albedo[c] = sssi_min(h.total, 1.0f);
-            sssi_set_dipole(m, c, b, h, zr);
+            sssi_set_dipole(m, c, b.flux, h.sigma, h.depth, h.core, zr);
 
             /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
-             * it. */
+               it. */
             sssi_set_volume(m, c, volume.lack, zr / volume.sigma);
             m->similarity[c] = sssi_similarity(h.lack);
         }
@@ -1200,7 +1221,7 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
 }
 
 /* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
- * of them. */
+   of them. */
 typedef struct sssi_secant {
     float y[SSSI_FOUR],
         miss[SSSI_FOUR]; /* the point of the step before, and how far its odds are off */
@@ -1257,6 +1278,7 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
                                          float eta, int better) {
     sss_result result = sssi_check_albedo(albedo);
     float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
+    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
     sssi_boundary b;
     int c;
 
@@ -1273,15 +1295,22 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
     }
     b = sssi_make_boundary(eta, better);
     sssi_invert_shapes(b, wanted, log_x);
-    for (c = 0; c < 3; ++c) {
+    for (c = 0; c < SSSI_FOUR; ++c) {
         sssi_shape h = sssi_make_shape(b, sssi_exp(log_x[c]));
+
+        sigma[c] = h.sigma;
+        depth[c] = h.depth;
+        core[c] = h.core;
+    }
+    for (c = 0; c < 3; ++c) {
+        float zr = sigma[c] * dmfp[c];
 
         m->albedo[c] = albedo[c];
         sssi_set_volume(m, c, 1.0f - albedo[c], dmfp[c]);
 
         /* Lambert where 1 / z_r^2 would leave float's range. */
-        if (albedo[c] > 0.0f && albedo[c] < 1.0f && h.sigma * dmfp[c] >= 1e-17f)
-            sssi_set_dipole(m, c, b, h, h.sigma * dmfp[c]);
+        if (albedo[c] > 0.0f && albedo[c] < 1.0f && zr >= 1e-17f)
+            sssi_set_dipole(m, c, b.flux, sigma[c], depth[c], core[c], zr);
     }
     sssi_finish_dipole(m);
     return SSS_OK;
@@ -1420,7 +1449,7 @@ SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
 }
 
 /* The logarithms that weigh a walk, the extinctions' over that of channel 0. ln albedo = ln(1 -
- * s^2). */
+   s^2). */
 SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     const sss_medium *m = &s->optics.medium;
     sssi_walk *w = &s->walk;
@@ -1491,8 +1520,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
 
     /* The segments end a little within the ball outside of which their intensity is 0: no rounding
        of a hit can carry it out of the ball, where it would be weighed as if only chords went
-       there. What lies in the shell between the two is lost; it has less than 1e-4 of the light
-       even if all of the tail is there. */
+       there. What lies in the thin shell between the two is lost: at most 2e-3 of the albedo, and
+       that only if the surface is a sphere of this very radius about the entry. */
     s->ball = s->optics.medium.r_max * (1.0f - SSSI_SHELL);
     s->reach = s->ball * (1.0f - SSSI_SHELL);
     s->blur = SSSI_BLUR * (s->optics.medium.r_max + sssi_longest(position) / s->optics.unit);
@@ -1624,7 +1653,7 @@ SSSI_FN float sssi_mean_proposal(const sss_resampler *s, int dipole, float r2) {
 }
 
 /* Disk [3]. A line at the distance r from its axis; beyond the reach its ends meet, and there is no
- * probe. */
+   probe. */
 SSSI_FN sssi_ends sssi_disk_ends(float r, float reach) {
     float height = SSSI_SQRT(sssi_max(reach * reach - r * r, 0.0f));
     sssi_ends e = {r, height, r, -height};
@@ -2062,8 +2091,8 @@ SSSI_APART void sssi_weigh(sss_resampler *s) {
 /* ---- Walk [9]: each candidate is one random walk ---- */
 
 /* A guard for renderers whose segments find no surface. It cuts less than 1e-4 of the light for
-   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses 5e-4.
- */
+   albedos up to .999 and for bodies of up to 2000 mean free paths; a white half space loses
+   5e-4. */
 #define SSSI_MAX_SCATTERINGS 4194304
 
 #define SSSI_LN_HALF (-0.69314718f)
@@ -2411,7 +2440,7 @@ SSSI_FN float sssi_share_distance2(sss_vec3 exit, sss_vec3 entry, float scale) {
 SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0.0f; }
 
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
- * units. */
+   units. */
 SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                  float profile[3]) {
     sssi_optics o = sssi_make_optics(m, 0u);
@@ -2567,8 +2596,8 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
 
 /* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
    sharing)) of them pay: here the power of two next to it. */
-SSSI_FN int sssi_plan_candidates(float cost) {
-    int candidates = 2;
+SSSI_FN int sssi_plan_candidates(int least, float cost) {
+    int candidates = least;
 
     while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
     return candidates;
@@ -2593,6 +2622,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
     float r = sssi_max(need->curvature_radius, 0.0f);
     float tolerance = need->tolerance > 0.0f ? need->tolerance : 0.1f;
+    float cost = sssi_max(need->shading_cost, 0.0f);
     float error = 0.0f, light = 0.0f;
     int c, live = 0;
 
@@ -2609,19 +2639,19 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* Walks all weigh the same, so that a choice among them pays only with hints. The same holds
-       for what one disk finds on a plane. */
-    if (plan.techniques == SSS_WALK) plan.candidates = need->hinted ? 2 : 1;
+    /* A walk costs some ten probes. Without hints all walks weigh nearly the same, as do the hits
+       of a disk on a plane: then there is nothing to choose from. */
+    if (plan.techniques == SSS_WALK)
+        plan.candidates = need->hinted ? sssi_plan_candidates(1, 0.1f * cost) : 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
+
     plan.tile = sssi_plan_tile(m, need->footprint);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
-    } else {
-        float cost = sssi_max(need->shading_cost, 0.0f);
-
-        if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
-        plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
+        return plan;
     }
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(2, cost + (plan.tile ? 2.0f : 0.0f));
+    plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }
 

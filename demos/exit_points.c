@@ -1,5 +1,5 @@
-// exit_points.c - light enters an object at one point: which exits do the techniques find, how much does each count,
-// and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
+// exit_points.c - light leaves an object at one point, the entry of a camera path: which exits do the techniques find,
+// how much does each count, and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
 #define COMMAND "exit_points"
@@ -25,8 +25,8 @@
 
 static const char usage[] =
     "usage: exit_points [options]\n"
-    "Light enters an object at one point. Shows the exits that probes of each technique find there, coloured\n"
-    "by how much each counts, and the exits that resampling picks from them.\n"
+    "Light leaves an object at one point. Shows where probes of each technique look for the places at which\n"
+    "it went in (the exits of the camera path), coloured by how much each counts, and what resampling picks.\n"
     "\n" WINDOW_HELP_SCENE "  --dmfp-scale X     multiplies the scene's mean free paths (2)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord, mixed and resampled; default: the library's mix\n"
     "  --turn DEGREES     where the camera stands to begin with (-24)\n"
@@ -44,7 +44,8 @@ static const struct {
                      [SCENES_SLAB] = {"pane", 0.55f, 0.45f, 20.0f},
                      [SCENES_CORNER] = {"corner", 0.5f, 0.56f, 20.5f},
                      [SCENES_NEEDLES] = {"needle", 0.5f, 0.5f, 19.0f},
-                     [SCENES_BEAR] = {"bear", 0.57f, 0.53f, 15.2f}};
+                     [SCENES_BEAR] = {"bear", 0.57f, 0.53f, 15.2f},
+                     [SCENES_RABBIT] = {"rabbit", 0.57f, 0.53f, 15.2f}};
 
 #define PANE 0x1b2029ffu
 #define EDGE 0x39424fffu
@@ -403,7 +404,7 @@ static void draw_entry(const exit_points *e, canvas *c, box b) {
     project(e, b, scene_along(e->entry, e->normal, 0.45f), &from_x, &from_y);
     project(e, b, scene_along(e->entry, e->normal, 0.08f), &to_x, &to_y);
     draw_ring(c, x, y, 7.0f, 2.2f, colour);
-    draw_arrow(c, from_x, from_y, to_x, to_y, colour);
+    draw_arrow(c, to_x, to_y, from_x, from_y, colour);
 }
 
 // A step for an axis of this length: 1, 2 or 5 times a power of ten, some four to the axis.
@@ -549,14 +550,14 @@ static void draw_small_print(const exit_points *e, canvas *c, float y) {
 static void draw_text(exit_points *e, canvas *c) {
     char text[256];
     float low = c->height - FOOTER + 32.0f;
-    snprintf(text, sizeof text, "Light enters the %s at the ring. Where does it leave?", subject[e->w.scene].object);
+    snprintf(text, sizeof text, "Light leaves the %s at the ring. Where did it go in?", subject[e->w.scene].object);
     canvas_text(c, MARGIN, 37.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     canvas_text(c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
                 "Probe rays find candidates: too many in some places, too few in others. The colour is how much each "
                 "must count to make up for it.");
     snprintf(text, sizeof text,
-             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light leaves, and "
-             "counts nearly alike.",
+             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light went in, "
+             "and counts nearly alike.",
              e->w.candidates);
     canvas_text(c, MARGIN, 83.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_colours(c, c->width - 258.0f, 40.0f);

@@ -11,44 +11,44 @@
 #include "common/mesh_tracer.h"
 #include "common/window.h"
 
-#define SLICE   0.012 // seconds that one step of rendering takes
-#define REFRESH 0.080 // between two frames, unless there is an event
-#define COARSE  4     // how many pixels the preview's are wide
-#define PATIENT 0.3   // seconds until a preview that takes longer is shown in part, or given up
-#define QUICK   8     // candidates of a preview at most
-#define BATCH   8     // pixels
-#define ROWS    16    // of the mask in one step
-#define MARGIN  32.0f
-#define TOP     96.0f // of the pictures
-#define FOOTER  104.0f
-#define FIELD   22.0f // angle of the view in degrees, and the share of it that the object may fill
-#define FILLED  0.86f
-#define LAMP    128.0f // degrees from the eye, about the object
-#define LEAST_SIZE 1e-3 // of --scale
-#define MOST_SIZE  1e6
-#define LEAST_DMFP 1e-12 // of --dmfp, beside 0
+#define SLICE      0.012  // seconds that one step of rendering takes
+#define REFRESH    0.080  // between two frames, unless there is an event
+#define COARSE     4      // how many pixels the preview's are wide
+#define PATIENT    0.3    // seconds until a preview that takes longer is shown in part, or given up
+#define QUICK      8      // candidates of a preview at most
+#define BATCH      8      // pixels
+#define ROWS       16     // of the mask in one step
+#define MARGIN     32.0f
+#define TOP        96.0f  // of the pictures
+#define FOOTER     104.0f
+#define FIELD      22.0f  // angle of the view in degrees, and the share of it that the object may fill
+#define FILLED     0.86f
+#define LAMP       128.0f // degrees from the eye, about the object
+#define LEAST_SIZE 1e-3   // of --scale
+#define MOST_SIZE  1e5
+#define LEAST_DMFP 1e-12  // of --dmfp, beside 0
 #define MOST_DMFP  1e12
 #define PRESETS "apple chicken cream jade ketchup marble milk potato skimmilk skin skin2 wax"
 
 static const char usage[] =
     "usage: mesh FILE [options]\n"
-    "Makes a mesh (OBJ, PLY, STL, glTF and what else assimp reads) translucent, and renders it twice at the same "
-    "price:\n"
+    "Makes a mesh (OBJ, PLY, STL, glTF and what else assimp reads) translucent, and renders it "
+    "twice at the same price:\n"
     "plain on the left, resampled on the right, and the noise of both.\n"
     "\n"
-    "  --preset NAME      a medium measured by Jensen et al. 2001: apple, chicken, cream, ketchup, marble, milk,\n"
+    "  --preset NAME      a medium measured by Jensen et al. 2001: apple, chicken, cream, ketchup, "
+    "marble, milk,\n"
     "                     potato, skimmilk, skin, skin2; and by eye, not measured: jade, wax\n"
     "  --scale MM         with --preset: the object's largest dimension in millimetres (50)\n"
-    "  --dmfp R,G,B       without --preset: diffuse mean free paths in the file's units (relative to the object's "
-    "size)\n"
+    "  --dmfp R,G,B       without --preset: diffuse mean free paths in the file's units (relative "
+    "to the object's size)\n"
     "  --albedo R,G,B     without --preset: diffuse albedos (0.93,0.42,0.14)\n"
     "  --up AXIS          the file's axis that points up: y, or z (default of STL files)\n"
     "  --turn DEGREES     see the object from this much further to the right (0)\n"
     "  --light-aware      tell the library a guess of the light at each candidate\n"
     "  --candidates M     probes of each resampled lookup (8)\n"
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
-    "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES
-    "Ctrl-C ends --headless early: what is done by then is written, and the exit code is 130.\n";
+    "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES WINDOW_HELP_INTERRUPT;
 
 // Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
 // practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
@@ -75,8 +75,8 @@ enum { PLAIN, RESAMPLED, RUNS };
 
 // What the user sees of a run, or will see next.
 typedef struct card {
-    image_bytes picture;   // has room for the full size, a preview takes less of it
-    int fresh;             // OpenGL does not have the picture yet
+    image_bytes picture;           // has room for the full size, a preview takes less of it
+    int fresh;                     // OpenGL does not have the picture yet
     double passes, seconds, noise; // noise below 0: not known yet
     unsigned long long probes, shaded;
 } card;
@@ -158,10 +158,11 @@ static void load_object(viewer *v) {
 
 static double largest(const triangle_mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
 
-// The library takes lengths from 1e-12 to 1e12, here in scene units: beyond that, no picture of an
-// object that is about 2 large shows a difference.
+// A mean free path in scene units as the library takes it. The object is about 2 large, and its
+// coordinates are rounded by 1e-7: probes do not resolve lengths below 1e-5, which pictures of less
+// than 100,000 pixels a side show as Lambert. Beyond 1e12 all is black.
 static float scene_length(double length) {
-    return length > 0.0 ? (float)fmin(fmax(length, 1e-12), 1e12) : 0.0f;
+    return length < 1e-5 ? 0.0f : (float)fmin(length, 1e12);
 }
 
 static sss_result set_medium(viewer *v) {
@@ -205,7 +206,8 @@ static sss_vec3 view_direction(const view *seen) {
 static void set_camera(mesh_world *world, const view *seen, int width, int height) {
     const triangle_mesh *m = &world->m;
     scene *s = &world->s;
-    sss_vec3 back = view_direction(seen), target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
+    sss_vec3 back = view_direction(seen);
+    sss_vec3 target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
     float side = (float)(width < height ? width : height), distance = 0.0f;
     scenes_camera(s, scene_add(target, back), target, FIELD);
     float reach = scene_sqrt(scene_dot(s->up, s->up)), across = FILLED * reach * (float)width / side;
@@ -240,7 +242,8 @@ static void upload_cards(viewer *v, canvas *c) {
         card *k = &v->shown[i];
         int preview = k->picture.width < v->run[i].half[0].width;
         if (!k->fresh) continue;
-        canvas_upload(c, &v->texture[i], k->picture.width, k->picture.height, 3, k->picture.rgb, !preview);
+        canvas_upload(c, &v->texture[i], k->picture.width, k->picture.height, 3, k->picture.rgb,
+                      !preview);
         k->fresh = 0;
     }
     pthread_mutex_unlock(&v->lock);
@@ -333,13 +336,14 @@ static void show(viewer *v, run *r) {
         power += (double)(a / n1) * (double)(b / n2);
     }
     if (!r->spp[1]) return;
-    r->card.noise = power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
+    r->card.noise =
+        power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
 }
 
 // The next pixels of an image, one sample a pixel more, until `end`: whoever is free takes a batch. A
 // single pixel can take 50 ms where the mesh is tangled and the candidates are many.
-static void render_pixels(viewer *v, run *r, image *into, const tracer_settings *settings, uint32_t sample,
-                          double end) {
+static void render_pixels(viewer *v, run *r, image *into, const tracer_settings *settings,
+                          uint32_t sample, double end) {
     unsigned long long probes = 0, shaded = 0;
     int count = into->width * into->height, next = r->pixel;
 #pragma omp parallel reduction(+ : probes, shaded)
@@ -348,11 +352,14 @@ static void render_pixels(viewer *v, run *r, image *into, const tracer_settings 
         while (now() < end) {
             int first;
 #pragma omp atomic capture
-            { first = next; next += BATCH; }
+            {
+                first = next;
+                next += BATCH;
+            }
             for (int i = first; i < first + BATCH && i < count; i++) {
                 float *rgb = into->rgb + 3 * (size_t)i;
-                tracer_result one =
-                    mesh_sample(&v->world, *settings, i % into->width, i / into->width, sample, &hits);
+                tracer_result one = mesh_sample(&v->world, *settings, i % into->width,
+                                                i / into->width, sample, &hits);
                 rgb[0] += one.radiance.x;
                 rgb[1] += one.radiance.y;
                 rgb[2] += one.radiance.z;
@@ -499,7 +506,8 @@ static void run_text(viewer *v, int which, char *first, char *second, size_t roo
     if (k->noise >= 0.0) snprintf(first, room, "%s: noise %.4f", name, k->noise);
     if (which == RESAMPLED && plain > 0.0 && k->noise > 0.0)
         snprintf(first, room, "%s: noise %.4f, %.2f of plain's", name, k->noise, k->noise / plain);
-    snprintf(second, room, "%.1f samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
+    snprintf(second, room,
+             "%.1f samples a pixel in %.1f s, %.2f million probes, %.2f million points shaded",
              k->passes, k->seconds, 1e-6 * (double)k->probes, 1e-6 * (double)k->shaded);
     pthread_mutex_unlock(&v->lock);
 }
@@ -600,7 +608,8 @@ static void turn_view(viewer *v, const canvas_event *event) {
 
 static int handle(viewer *v, canvas *c) {
     canvas_event event;
-    while (!v->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
+    // What follows W belongs into the next frame.
+    while (!v->w.save && canvas_next_event(c, &event)) {
         if (event.kind == CANVAS_KEY && !press_key(v, event.code)) return 0;
         if (event.kind == CANVAS_RELEASE) v->dragging = 0;
         if (event.kind == CANVAS_PRESS) {
@@ -658,8 +667,10 @@ static int render_headless(viewer *v, canvas *c) {
         show_progress(v, start);
     }
     if (isatty(STDERR_FILENO)) fprintf(stderr, "\r%60s\r", "");
-    if (next < RUNS)
-        fprintf(stderr, "mesh: stopped after %.0f of %u samples a pixel\n", v->run[RESAMPLED].card.passes, v->spp);
+    if (next < RUNS) {
+        fprintf(stderr, "mesh: stopped after %.0f of %u samples a pixel\n",
+                v->run[RESAMPLED].card.passes, v->spp);
+    }
     for (int i = 0; i < RUNS; i++) {
         show(v, &v->run[i]);
         publish(v, i);

@@ -17,13 +17,16 @@
 
 static const char usage[] =
     "usage: noise [options]\n"
-    "Renders a scene twice at the same price: plain on the left, resampled on the right, and the error of both.\n"
-    "\n" WINDOW_HELP_SCENE "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "Renders a scene twice at the same price: plain on the left, resampled on the right, and the "
+    "error of both.\n"
+    "\n" WINDOW_HELP_SCENE
+    "  --light-aware      tell the library a guess of the light at each candidate\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "  --against FILE     measure the error against this PFM, whose size the pictures take\n"
     "  --spp N            headless: samples a pixel of the resampled half (4)\n"
-    "  --reference N      headless: samples a pixel of the reference (48)\n" WINDOW_HELP_FILES;
+    "  --reference N      headless: samples a pixel of the reference (48)\n" WINDOW_HELP_FILES
+        WINDOW_HELP_INTERRUPT;
 
 enum { PLAIN, RESAMPLED, HALF, OTHER_HALF, RUNS }; // the last two: a reference in two halves with independent noise
 
@@ -470,11 +473,19 @@ static void free_pictures(noise *n) {
     free(n->mask);
 }
 
-static void render_headless(noise *n, canvas *c) {
-    for (int which; (which = next_run(n)) >= 0;) render_slice(n, which);
+// Returns the exit code, unless the picture cannot be written.
+static int render_headless(noise *n, canvas *c) {
+    int which;
+    interrupt_await();
+    while ((which = next_run(n)) >= 0 && !interrupted()) render_slice(n, which);
+    if (which >= 0) {
+        fprintf(stderr, "noise: stopped after %u of %u samples a pixel\n", n->run[RESAMPLED].spp,
+                n->spp);
+    }
     measure(n);
     draw(n, c);
     window_save(&n->w);
+    return which >= 0 ? 130 : 0;
 }
 
 int main(int count, char **words) {
@@ -494,12 +505,13 @@ int main(int count, char **words) {
     sss_cl_result opened = device_open(&n.devices, n.device);
     if (opened != SSS_CL_OK) fail((int)opened, "%s", n.devices.error);
     wrong = canvas_open(c, "noise", n.w.headless, n.w.width, n.w.height, 1280.0f, 720.0f);
-    if (!wrong && n.w.headless) render_headless(&n, c);
+    int code = 0;
+    if (!wrong && n.w.headless) code = render_headless(&n, c);
     if (!wrong && !n.w.headless) run_window(&n, c);
     window_close(&n.w);
     if (job_ends(&n.opener, 1)) device_close(&n.opening); // it could not be stopped
     device_close(&n.devices);
     free_pictures(&n);
     if (wrong) fail(3, "%s", wrong);
-    return n.w.failed;
+    return n.w.failed ? 1 : code;
 }

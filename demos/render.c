@@ -17,13 +17,14 @@ static const char usage[] =
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
     "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
-    "  --method NAME      resampled (default), plain (one probe a lookup, three axes), reference (brute "
-    "force)\n"
+    "  --method NAME      resampled (default), plain (one probe a lookup, three axes), reference "
+    "(brute force)\n"
     "  --profile NAME     burley (default), dipole, better-dipole\n"
     "  --spp N            samples a pixel (16)\n"
     "  --size WxH         picture size in pixels (360x400)\n"
     "  --seed S           0..4294967295 (1)\n"
-    "  --first-sample K   samples K .. K + N - 1 of each pixel (0): parts of one picture, for --merge\n"
+    "  --first-sample K   samples K .. K + N - 1 of each pixel (0): parts of one picture, for "
+    "--merge\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "\n"
     "for --method resampled:\n"
@@ -37,12 +38,15 @@ static const char usage[] =
     "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
     "  --stats FILE       numbers, as JSON\n"
     "  --against FILE     measure the error against this PFM of the same size\n"
-    "  --compare          plain, resampled and light-aware side by side in one PNG, with the error of each\n"
-    "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm or --png\n"
+    "  --compare          plain, resampled and light-aware side by side in one PNG, with the error "
+    "of each\n"
+    "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm "
+    "or --png\n"
     "  --list-devices\n"
     "  --help\n"
     "\n"
-    "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit code is 130.\n";
+    "Ctrl-C ends a picture or a comparison early: what is done by then is written, and the exit "
+    "code is 130.\n";
 
 typedef struct options {
     int scene;
@@ -64,6 +68,7 @@ static void list_devices(void) {
     sss_cl_devices known;
     char error[SSS_CL_MAX_ERROR];
     sss_cl_result result = sss_cl_list(&known, error);
+    if (result != SSS_CL_OK) device_explain(error);
     if (result == SSS_CL_FAILED) fail((int)result, "%s", error);
     puts("cpu");
     for (int i = 0; i < known.count; i++) printf("opencl:%d  %s\n", i, known.device[i].name);
@@ -354,7 +359,8 @@ static const char *write_stats(const options *o, const run *runs, int count) {
 
 static const char *write_png(const char *path, const image *picture) {
     image_bytes bytes;
-    if (!image_bytes_new(&bytes, picture->width, picture->height, 0)) return "does not fit into memory";
+    if (!image_bytes_new(&bytes, picture->width, picture->height, 0))
+        return "does not fit into memory";
     image_blit(&bytes, picture, 1.0f, 0, 0);
     const char *wrong = file_write_png(path, &bytes);
     free(bytes.rgb);
@@ -404,9 +410,10 @@ static unsigned long long read_note(sample_ranges *ranges, const char *note, con
         sample_range r;
         int length = 0; // ten digits: a longer number ends the reading, and does not wrap around
         r.file = file;
-        if (sscanf(note, "samples %10llu %10llu seed %10llu of %63[a-z -]%n", &r.first, &r.count, &r.seed, r.of,
-                   &length) != 4 ||
-            note[length] != '\n' || r.seed >= most || r.count < 1 || r.count > most || r.first > most - r.count) {
+        if (sscanf(note, "samples %10llu %10llu seed %10llu of %63[a-z -]%n", &r.first, &r.count,
+                   &r.seed, r.of, &length) != 4 ||
+            note[length] != '\n' || r.seed >= most || r.count < 1 || r.count > most ||
+            r.first > most - r.count) {
             return 0;
         }
         add_range(ranges, &r);
@@ -430,7 +437,8 @@ static void join_ranges(sample_ranges *ranges) {
         sample_range *last = &ranges->range[kept], *next = &ranges->range[i];
         if (strcmp(last->of, next->of) != 0) fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
         if (last->seed == next->seed && next->first < last->first + last->count) {
-            fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file, next->first, next->seed);
+            fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file,
+                 next->first, next->seed);
         }
         if (last->seed == next->seed && next->first == last->first + last->count)
             last->count += next->count;
@@ -463,7 +471,8 @@ static int write_picture(const options *o, const image *picture, const char *not
 
 static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
-    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed, scenes_known[o->scene].name, o->profile);
+    note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed,
+                 scenes_known[o->scene].name, o->profile);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
@@ -541,7 +550,8 @@ static int merge(const options *o) {
     if (!note || !image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
     for (int i = 0; i < ranges.count; i++) {
         const sample_range *r = &ranges.range[i];
-        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count, r->seed, r->of);
+        end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count,
+                        r->seed, r->of);
     }
     for (size_t i = 0; i < image_count(whole.width, whole.height); i++) whole.rgb[i] = (float)(sum[i] / (double)total);
     printf("%d files, %llu samples a pixel\n", o->merge_count, total);
@@ -602,19 +612,22 @@ static int measure_runs(const scene *s, run *runs, progress *p, double deadline)
 }
 
 // What Ctrl-C leaves no time for has no samples.
-static void compare_run(const scene *s, run *r, int spp, progress *p, const char *label, double cost) {
+static void compare_run(const scene *s, run *r, int spp, progress *p, const char *label,
+                        double cost) {
     r->spp = spp;
     if (interrupted()) r->spp = 0;
     else render_run(s, r, p, label, cost);
 }
 
-static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i, int left, int top) {
+static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i,
+                            int measured, int left, int top) {
     static const char *const title[RUNS] = {"plain", "resampled", "resampled + light"};
     char line[160];
     const run *r = &runs[i];
     image_text(sheet, font, title[i], 24.0f, left, top + 22, 20);
-    if (r->relative_mse < 0.0) {
-        snprintf(line, sizeof line, "stopped before %s", r->spp ? "its error was measured" : "it was rendered");
+    if (!measured) {
+        snprintf(line, sizeof line, "stopped before %s",
+                 r->spp ? "its error was measured" : "it was rendered");
     } else if (i == PLAIN) {
         snprintf(line, sizeof line, "relative MSE %.3f", r->relative_mse);
     } else {
@@ -628,7 +641,8 @@ static void compare_caption(image_bytes *sheet, const image_font *font, const ru
 }
 
 // Panels side by side, under each its caption; small print below. Returns why it could not be written, or NULL.
-static const char *compare_sheet(const options *o, const run *runs, const image_font *font, int reference_spp) {
+static const char *compare_sheet(const options *o, const run *runs, const image_font *font,
+                                 int reference_spp) {
     const int margin = 16, caption = 84, print = 44;
     int width = o->settings.width, height = o->settings.height, panel = width > 330 ? width : 330;
     image_bytes sheet;
@@ -638,13 +652,14 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
     for (int i = 0; i < RUNS; i++) {
         int left = margin + i * (panel + margin);
         if (runs[i].spp) image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
-        compare_caption(&sheet, font, runs, i, left, height + margin + 6);
+        compare_caption(&sheet, font, runs, i, reference_spp > 0, left, height + margin + 6);
     }
     char line[240];
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s", scenes_known[o->scene].name, o->profile,
+             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s",
+             scenes_known[o->scene].name, o->profile,
              o->settings.plan.candidates ? o->settings.plan.candidates : 8,
-             interrupted() ? "Stopped early: the panels shade different numbers of points."
+             interrupted() ? "Stopped early: the panels may shade different numbers of points."
                            : "All shade as many points as whole samples a pixel (spp) allow.");
     image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);
     snprintf(line, sizeof line,
@@ -652,7 +667,8 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
              "independent brute "
              "force references of %d spp; their own noise cancels.",
              reference_spp);
-    if (reference_spp) image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
+    if (reference_spp)
+        image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
     const char *wrong = file_write_png(o->png, &sheet);
     free(sheet.rgb);
     return wrong;
@@ -682,13 +698,14 @@ static int compare(const options *o) {
     p.label = "plain";
     int spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
     compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
-    int reference_spp = interrupted() ? 0 : measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
+    int reference_spp =
+        interrupted() ? 0 : measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
     progress_end(&p);
     if (interrupted()) fputs("render: stopped before the comparison was complete\n", stderr);
     for (int i = 0; i < RUNS; i++) {
         if (!runs[i].spp) continue;
-        printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp, runs[i].work.shaded,
-               runs[i].seconds);
+        printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp,
+               runs[i].work.shaded, runs[i].seconds);
         if (reference_spp) printf(", relative MSE %.4f", runs[i].relative_mse);
         printf("\n");
     }

@@ -159,12 +159,22 @@ check "the embedded text stands alone" embedded_text
 check_text CL1.2
 check "two halves make the whole" halves
 check "no device: one line, exit code 3" eval "(no_device)"
+# PoCL does not say that it cannot write to its folder.
+names_cache() { # FOLDER
+    POCL_CACHE_DIR=$1 timeout 60 "$render" --device opencl --size 8x8 --spp 1 --pfm "$work/x.pfm" 2>"$work/error"
+    local code=$?
+    cat "$work/error"
+    echo "exit code $code"
+    [ $code -ge 1 ] && [ $code -le 3 ] && grep -q "POCL_CACHE_DIR is $1\$" "$work/error" && [ ! -e "$work/x.pfm" ]
+}
+
 device=$("$render" --list-devices | grep -q '^opencl:0 ' && echo 1)
 exact=$device
 ! "$render" --device opencl --size 1x1 --spp 1 --pfm "$work/one.pfm" 2>&1 | grep -q 'does not round' || exact=
 if [ "$device" ]; then
     check "--list-devices" lists_devices
     check "a program works from any folder" eval "(works_anywhere)"
+    check "PoCL without its folder: told" names_cache /proc/nope
 else
     skip "pictures on a device" "there is no OpenCL device"
 fi
@@ -184,6 +194,7 @@ check "Ctrl-C" interrupt
 index=$("$render" --list-devices | grep -c '^opencl:')
 check "a number too high" refuses 2 "$render" --device opencl:$index --size 8x8 --spp 1 --pfm x.pfm
 check "a number far too high" refuses 2 "$render" --device opencl:999999999999 --size 8x8 --spp 1 --pfm x.pfm
+check "PoCL with a folder that is none: told" names_cache /dev/null
 check "--compare on the device" compares_on_device
 check "the same bits by other ways to compile" other_code
 if have oclgrind; then check "a simulated device finds no fault" simulate

@@ -121,10 +121,12 @@ opens() { # TITLE PROGRAM OPTIONS
     shift 2
     "$programs/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 8<&- 9<&- &
     running=$!
-    until_true finds_window "^$title\$" && xdotool getwindowgeometry "$window" | grep 'Geometry: 960x540' &&
-        until_true shows_text
+    until_true finds_window "^$title\$" || { echo "there is no window: $(cat "$work/said")" && return 1; }
+    until_true has_size 960x540 || { echo "it has another size: $geometry" && return 1; }
+    until_true shows_text || { echo "no title is there: $bright bright pixels" && return 1; }
 }
-shows_text() { screen now && [ "$("$pixels" bright "$work/now.xwd" 0 10 960 30)" -gt 200 ]; }
+has_size() { geometry=$(xdotool getwindowgeometry "$window" 2>&1) && [[ $geometry == *"Geometry: $1"* ]]; }
+shows_text() { screen now && bright=$("$pixels" bright "$work/now.xwd" 0 10 960 30) && [ "$bright" -gt 200 ]; }
 
 # Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other there, any of them.
 drawn() {
@@ -134,12 +136,15 @@ drawn() {
 before() { tries=10 until_true drawn "$@" || true; }
 
 # keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are others.
-changed() { screen now && [ "$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" -ge ${many:-30} ]; }
+changed() {
+    screen now && differ=$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@") && [ "$differ" -ge ${many:-30} ]
+}
+changes() { until_true changed "$@" || { echo "at $*: $differ of 10000 pixels have changed" && return 1; }; }
 keys_change() {
     local keys=$1
     shift
     before "$@"
-    xdotool key $keys && until_true changed "$@"
+    xdotool key $keys && changes "$@"
 }
 
 same_as() { # FILE X Y W H: the screen shows what the file has there
@@ -147,16 +152,38 @@ same_as() { # FILE X Y W H: the screen shows what the file has there
     differ=$("$pixels" differ "$work/now.xwd" "$@")
     [ "$differ" -le $LIMIT ]
 }
+# It shows that, and no bit of it changes for a second. On the way there it may come within the limit and leave it
+# again: 60 of 10000, then 79, then 5.
+ends_as() {
+    local i
+    same_as "$@" || return 1
+    screen final
+    for ((i = 0; i < 10; i++)); do
+        sleep 0.1
+        screen now
+        cmp -s "$work/final.xwd" "$work/now.xwd" || return 1
+    done
+}
+comes_to() { # FILE X Y W H, when all lookups are done
+    tries=900 until_true ends_as "$@" || { echo "$differ of 10000 pixels differ from $1, or it never rests" && return 1; }
+}
 
-saves() {
+# A key may be lost where no window manager gives the window its focus, so it has a second try.
+said_wrote() { grep -c '^wrote ' "$work/said"; }
+wrote_more_than() { [ "$(said_wrote)" -gt "$1" ]; }
+saves() { # SIZE
+    local size wrote=$(said_wrote)
     rm -f "$work/saved.png"
-    xdotool key w && until_true grep -q "^wrote .*saved.png" "$work/said" && until_true test -s "$work/saved.png" &&
-        [ "$("$pixels" size "$work/saved.png")" = "$1" ]
+    xdotool key w
+    tries=150 until_true wrote_more_than $wrote || { echo "W is not heard at first" && xdotool key w; }
+    until_true wrote_more_than $wrote || { echo "W is not heard: $(cat "$work/said")" && return 1; }
+    size=$("$pixels" size "$work/saved.png")
+    [ "$size" = "$1" ] || { echo "the picture has $size, not $1" && return 1; }
 }
 
 # The program ends with this code; 0 says that AddressSanitizer found nothing either.
 ends() {
-    until_true gone || kill $running
+    until_true gone || { echo "it does not end" && kill $running; }
     wait $running
     local code=$?
     cat "$work/said"
@@ -166,51 +193,56 @@ ends() {
 closes() { xdotool key "$1" && ends 0; }
 
 # The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys below y 495.
-comes_back() { xdotool key $1 && tries=900 until_true same_as "$work/960x540.png" 0 0 960 488; }
+comes_back() { xdotool key $1 && comes_to "$work/960x540.png" 0 0 960 488; }
 
-ring_at() { screen now && [ "$("$pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17)" -ge 12 ]; }
+ring_at() {
+    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17) && [ "$bright" -ge 12 ]
+}
 click_moves_entry() {
-    ! ring_at 110 160 && xdotool mousemove 110 160 click 1 && until_true ring_at 110 160 && ring_at 847 160
+    ! ring_at 110 160 || { echo "a ring is there before: $bright bright pixels" && return 1; }
+    xdotool mousemove 110 160 click 1
+    until_true ring_at 110 160 || { echo "no ring in the first pane: $bright bright pixels" && return 1; }
+    until_true ring_at 847 160 || { echo "no ring in the last pane: $bright bright pixels" && return 1; }
 }
 
 drag() { xdotool mousemove $1 $2 mousedown ${5:-1} mousemove $((($1 + $3) / 2)) $2 mousemove $3 $4 mouseup ${5:-1}; }
 drag_turns() {
     before 39 110 170 225
-    drag 45 130 75 135 && many=100 until_true changed 39 110 170 225
+    drag 45 130 75 135 && many=100 changes 39 110 170 225
 }
 right_drag_turns() {
     before 39 110 170 225
-    drag 110 230 150 230 3 && many=100 until_true changed 39 110 170 225
+    drag 110 230 150 230 3 && many=100 changes 39 110 170 225
 }
 wheel_zooms() {
     before 39 110 170 225
-    xdotool mousemove 110 230 click 4 click 4 && many=100 until_true changed 39 110 170 225
+    xdotool mousemove 110 230 click 4 click 4 && many=100 changes 39 110 170 225
 }
 click_on_key() {
     before 39 110 170 225
-    xdotool mousemove 590 526 click 1 && until_true changed 39 110 170 225 || return 1
+    xdotool mousemove 590 526 click 1 && changes 39 110 170 225 || return 1
     before 39 110 170 225
-    xdotool click 1 && until_true changed 39 110 170 225
+    xdotool click 1 && changes 39 110 170 225
 }
 turns_by_itself() {
     xdotool key space
     screen before
-    many=100 until_true changed 39 110 170 225 && xdotool key space
+    many=100 changes 39 110 170 225 && xdotool key space
 }
 resizes() {
-    xdotool windowsize "$window" 1200 600 && sleep 0.5 && until_true saves 1200x600 &&
-        [ "$("$pixels" bright "$work/saved.png" 0 10 1200 36)" -gt 200 ]
+    xdotool windowsize "$window" 1200 600 && sleep 0.5 && tries=3 until_true saves 1200x600 || return 1
+    bright=$("$pixels" bright "$work/saved.png" 0 10 1200 36)
+    echo "$bright bright pixels in the title"
+    [ "$bright" -gt 200 ]
 }
 # The same picture as without a display, whose layout is checked above: all but the keys.
 resizes_whole() { # WIDTH HEIGHT ROWS
-    local tries=900 # all lookups must be done
     xdotool windowsize "$window" $1 $2
-    until_true same_as "$work/$1x$2.png" 0 0 $1 $3 || { echo "$differ of 10000 pixels differ" && return 1; }
+    comes_to "$work/$1x$2.png" 0 0 $1 $3
 }
 
 # Writes into a pipe that nobody empties: the writer has to wait, whatever the machine's speed. The first bytes of the
 # picture tell that it has begun; the name is free for the next picture then, and the window must go on meanwhile.
-said_wrote() { grep -c '^wrote ' "$work/said"; }
 wrote_times() { [ "$(said_wrote)" = "$1" ]; }
 stall_writer() { # KEYS, which the program finds all at once
     rm -f "$work/saved.png" && mkfifo "$work/saved.png" && exec 9<>"$work/saved.png" &&
@@ -221,6 +253,7 @@ drain_writer() {
     timeout 30 cat <&8 >>"$work/stalled.png"
     local code=$?
     exec 8<&-
+    echo "the pipe had $(wc -c <"$work/stalled.png") bytes, code $code"
     [ $code = 0 ] && [ "$("$pixels" size "$work/stalled.png")" = 960x540 ] &&
         [ "$(tail -c 8 "$work/stalled.png" | head -c 4)" = IEND ]
 }
@@ -228,12 +261,14 @@ writes_beside_the_window() { # compared are the panes: the histograms may still 
     local before=$(said_wrote)
     before 39 110 907 225
     stall_writer w p || { echo "the writer does not begin" && return 1; }
-    until_true changed 39 110 907 225 || { echo "the window waits for the writer" && return 1; }
+    changes 39 110 907 225 || { echo "the window waits for the writer" && return 1; }
     xdotool key w
     keys_change p 39 110 907 225 || { echo "the window waits with the second picture" && return 1; }
     wrote_times $before && [ ! -e "$work/saved.png" ] || { echo "told too early" && return 1; }
-    drain_writer && until_true wrote_times $((before + 2)) &&
-        [ "$("$pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] || return 1
+    drain_writer || return 1
+    until_true wrote_times $((before + 2)) || { echo "not two more: $(cat "$work/said")" && return 1; }
+    [ "$("$pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] ||
+        { ls -l "$work"/saved* && return 1; }
     [ "$("$pixels" differ "$work/stalled.png" "$work/saved.png" 39 110 907 225)" -ge 30 ] &&
         until_true same_as "$work/stalled.png" 0 0 960 340 || { echo "not the two pictures that were shown" && return 1; }
 }
@@ -241,6 +276,7 @@ write_error_is_told() {
     rm -f "$work/saved.png" && ln -s /dev/full "$work/saved.png" && xdotool key w &&
         until_true grep -q '^exit_points: cannot write .*saved.png: ' "$work/said"
     local told=$?
+    [ $told = 0 ] || cat "$work/said"
     rm "$work/saved.png"
     return $told
 }
@@ -250,14 +286,19 @@ closing_loses_nothing() {
     xdotool key q
     sleep 0.5
     kill -0 $running || { echo "it ends without the picture" && return 1; }
-    drain_writer && until_true gone && tail -n 1 "$work/said" | grep -q '^wrote '
+    drain_writer || return 1
+    until_true gone || { echo "it does not end" && return 1; }
+    tail -n 2 "$work/said"
+    tail -n 1 "$work/said" | grep -q '^wrote '
 }
 
 # 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too is cut for them.
 opens_dense() {
     "$build/tools/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
-        tries=900 until_true same_as "$work/960x540.png" 0 0 960 488 && saves 960x540 &&
-        [ "$("$pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)" -le $LIMIT ]
+        comes_to "$work/960x540.png" 0 0 960 488 && saves 960x540 || return 1
+    differ=$("$pixels" differ "$work/saved.png" "$work/960x540.png" 0 0 960 488)
+    echo "$differ of 10000 pixels of the saved picture differ, the limit is $LIMIT"
+    [ "$differ" -le $LIMIT ]
 }
 closed_by_its_button() {
     "$build/tools/x11" close "$window"
@@ -299,29 +340,32 @@ check_exit_points() {
 }
 
 # The line is white from y 72 to 461: the pictures lie in x 24..474, the errors in x 486..936.
-divider_at() { screen now && [ "$("$pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150)" -ge 250 ]; }
+divider_at() {
+    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150) && [ "$bright" -ge 250 ]
+}
+no_divider_at() { ! divider_at $1; }
+comes_true() { until_true "$@" || { echo "not $*: $bright bright pixels" && return 1; }; }
 divider_moves() {
-    until_true divider_at 249 && drag 249 300 130 310 && until_true divider_at 130 && divider_at 592 && ! divider_at 249 &&
-        drag 592 300 711 310 && until_true divider_at 249
+    comes_true divider_at 249 && drag 249 300 130 310 && comes_true divider_at 130 && comes_true divider_at 592 &&
+        comes_true no_divider_at 249 && drag 592 300 711 310 && comes_true divider_at 249
 }
 captions_fill() {
-    screen now
-    [ "$("$pixels" bright "$work/now.xwd" 24 465 200 20)" -gt 60 ]
+    screen now && bright=$("$pixels" bright "$work/now.xwd" 24 465 200 20) && [ "$bright" -gt 60 ]
 }
-resumes() { until_true changed 0 463 960 50; } # the numbers go on
+resumes() { changes 0 463 960 50; } # the numbers go on
 
 # Opening takes a while, compiling at first long; then the numbers go on, by the device.
 device_opens() {
     xdotool key d
-    until_true grep -q '^device: ' "$work/said" || until_true grep -q '^device: ' "$work/said" || return 1
+    tries=600 until_true grep -q '^device: ' "$work/said" || { cat "$work/said" && return 1; }
     screen before
-    until_true changed 0 463 480 50
+    changes 0 463 480 50
 }
 
 check_noise() {
     check "noise opens a window" opens noise noise
     check "the divider follows the mouse, in both views" divider_moves
-    check "the captions are there" until_true captions_fill
+    check "the captions are there" comes_true captions_fill
     check "T changes the price" keys_change t 0 8 960 30
     check "L tells of the light" keys_change l 300 72 174 22
     check "+ changes the candidates" keys_change plus 0 510 960 30

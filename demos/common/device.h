@@ -5,6 +5,8 @@
 #ifndef DEVICE_H
 #define DEVICE_H
 
+#include <unistd.h>
+
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -47,7 +49,20 @@ static inline const char *parse_device(const char *option, const char *value) {
     return value;
 }
 
-static inline sss_cl_result device_open(device_set *set, const char *name) {
+// PoCL keeps what it compiles in a folder. Where it cannot write to it, it has no device or does not
+// compile, and does not say why: this adds it to `error`.
+static inline void device_explain(char *error) {
+    static const char *const names[] = {"POCL_CACHE_DIR", "XDG_CACHE_HOME", "HOME"};
+    int i = 0;
+    while (i < 2 && !getenv(names[i])) i++;
+    const char *folder = getenv(names[i]);
+    size_t length = strlen(error);
+    if (!folder || access(folder, W_OK | X_OK) == 0) return;
+    snprintf(error + length, SSS_CL_MAX_ERROR - length,
+             "; PoCL wants a folder that it can write to, and %s is %s", names[i], folder);
+}
+
+static inline sss_cl_result device_open_all(device_set *set, const char *name) {
     sss_cl_devices known;
     memset(set, 0, sizeof *set);
     if (strcmp(name, "cpu") == 0) return SSS_CL_OK;
@@ -68,6 +83,12 @@ static inline sss_cl_result device_open(device_set *set, const char *name) {
         return result;
     }
     return SSS_CL_OK;
+}
+
+static inline sss_cl_result device_open(device_set *set, const char *name) {
+    sss_cl_result result = device_open_all(set, name);
+    if (result != SSS_CL_OK) device_explain(set->error);
+    return result;
 }
 
 static inline void device_close(device_set *set) {

@@ -78,8 +78,8 @@ static inline int image_write_pfm(const image *in, FILE *file, const char *note)
         for (int i = 0; i < 3 * in->width; i++) {
             uint32_t bits;
             memcpy(&bits, row + i, sizeof bits);
-            unsigned char b[4] = {(unsigned char)bits, (unsigned char)(bits >> 8), (unsigned char)(bits >> 16),
-                                  (unsigned char)(bits >> 24)};
+            unsigned char b[4] = {(unsigned char)bits, (unsigned char)(bits >> 8),
+                                  (unsigned char)(bits >> 16), (unsigned char)(bits >> 24)};
             good &= fwrite(b, 1, 4, file) == 4;
         }
     }
@@ -89,12 +89,15 @@ static inline int image_write_pfm(const image *in, FILE *file, const char *note)
 
 static inline const char *image_read_header(image *out, FILE *file, int *little) {
     int width = 0, height = 0;
-    double scale = 0.0; // six digits: a longer number has a size out of range, and does not wrap around
+    double scale = 0.0;
+    // Six digits: a longer number is a size out of range, and does not wrap around.
     if (fscanf(file, "PF %6d %6d %lf", &width, &height, &scale) != 3 || fgetc(file) != '\n') {
         return "it is not a colour PFM file";
     }
-    if (!(fabs(scale) > 0.0 && fabs(scale) <= DBL_MAX)) return "it has a scale that is 0 or no number";
-    if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE) return "it has a size out of range";
+    if (!(fabs(scale) > 0.0 && fabs(scale) <= DBL_MAX))
+        return "it has a scale that is 0 or no number";
+    if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE)
+        return "it has a size out of range";
     *little = scale < 0.0;
     return image_new(out, width, height) ? NULL : "it does not fit into memory";
 }
@@ -159,7 +162,8 @@ static inline void image_drain(void *sink, void *bytes, int count) {
 // Returns whether all was written.
 static inline int image_write_png(const image_bytes *in, FILE *file) {
     image_sink sink = {file, 1};
-    int made = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb, 3 * in->width);
+    int made = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb,
+                                      3 * in->width);
     return made && sink.good;
 }
 

@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -126,9 +127,15 @@ static inline int mesh_file_receive(FILE *from, mesh_file *f) {
            fread(f->corner, 3 * sizeof *f->corner, (size_t)f->triangles, from) == f->triangles;
 }
 
-// How large a file is that can be read; 0 with the reason.
+// How large a file is that can be read; 0 with the reason. A pipe would wait for who writes into it, and
+// assimp wants to go back and forth.
 static inline uint64_t mesh_file_size(mesh_file *f, const char *path) {
+    struct stat there;
     errno = 0;
+    if (stat(path, &there) == 0 && !S_ISREG(there.st_mode) && !S_ISDIR(there.st_mode)) {
+        snprintf(f->reason, sizeof f->reason, "it is a pipe or a device, not a file");
+        return 0;
+    }
     FILE *file = fopen(path, "rb");
     long size = -1;
     if (file && fgetc(file) != EOF && fseek(file, 0, SEEK_END) == 0) size = ftell(file);

@@ -30,6 +30,9 @@
     "\n"                                                                                                               \
     "The window lists its keys. Without a display: --headless.\n"
 
+#define WINDOW_HELP_INTERRUPT                                                                      \
+    "Ctrl-C ends --headless early: what is done by then is written, and the exit code is 130.\n"
+
 static const char *const window_profile[3] = {"burley", "dipole", "better-dipole"};
 
 typedef struct box {

@@ -64,7 +64,8 @@ static double bench_candidates(const sss_medium *m, bench_case what, int count) 
         sss_begin(&s, m, &plan, origin, up, sss_hash(1u, (uint32_t)i));
         while (sss_next_probe(&s, &probe)) {
             float t = -probe.origin.z / probe.direction.z;
-            sss_vec3 at = {probe.origin.x + t * probe.direction.x, probe.origin.y + t * probe.direction.y, 0.0f};
+            sss_vec3 at = {probe.origin.x + t * probe.direction.x,
+                           probe.origin.y + t * probe.direction.y, 0.0f};
             if (t == t) sss_add_hit(&s, at, up, 1.0f);
         }
         if (sss_finish(&s, &exit)) sum += exit.weight[0];
@@ -73,9 +74,80 @@ static double bench_candidates(const sss_medium *m, bench_case what, int count) 
     return 1e9 * (bench_seconds() - start) / (lookups * what.candidates);
 }
 
+// A medium for each hit, as a texture gives it. ns for each.
+static double bench_media(int which, int count) {
+    const float dmfp[3] = {1.0f, 0.5f, 0.2f};
+    float sum = 0.0f;
+    double start = bench_seconds();
+
+    for (int i = 0; i < count; i++) {
+        float a = 1e-6f * (float)(i & 1023);
+        const float albedo[3] = {0.5f + a, 0.7f + a, 0.3f + a};
+        sss_medium m;
+
+        if (which == 0) sss_burley(&m, albedo, dmfp);
+        else if (which == 1) sss_dipole_from_albedo(&m, albedo, dmfp, 1.4f);
+        else sss_better_dipole_from_albedo(&m, albedo, dmfp, 1.4f);
+        for (int c = 0; c < 3; c++)
+            sum += m.length[c] + m.zv[c] + m.extinction[c] + m.similarity[c];
+        sum += m.r_max;
+    }
+    bench_sink = sum;
+    return 1e9 * (bench_seconds() - start) / count;
+}
+
+// An exit for a tile of 8 x 8 entries, with one medium or with a medium each. ns for the tile.
+static double bench_share(const sss_medium *m, int own_media, int count) {
+    static sss_medium media[64];
+    static float weight[64][3];
+    sss_entry group[64];
+    sss_exit exit = {{0.3f, 0.4f, 0.0f}, {0.0f, 0.0f, 1.0f}, {0.1f, 0.1f, 0.1f}, 0, 1.0f};
+    float sum = 0.0f;
+
+    for (int i = 0; i < 64; i++) {
+        const sss_vec3 place = {0.05f * (float)(i % 8), 0.05f * (float)(i / 8), 0.0f};
+
+        media[i] = *m;
+        group[i].position = place;
+        group[i].medium = own_media ? &media[i] : m;
+    }
+    double start = bench_seconds();
+    for (int i = 0; i < count; i++) {
+        exit.position.x = 0.3f + 1e-4f * (float)(i & 1023);
+        sss_share(&exit, group, 64, 3, 0.01f, weight);
+        sum += weight[5][1];
+    }
+    bench_sink = sum;
+    return 1e9 * (bench_seconds() - start) / count;
+}
+
 static int bench_order(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+// The median of BENCH_REPEATS runs.
+static double bench_median(double *time) {
+    qsort(time, BENCH_REPEATS, sizeof(double), bench_order);
+    return time[BENCH_REPEATS / 2];
+}
+
+static void bench_print_others(const sss_medium *medium) {
+    static const char *const name[3] = {"a medium from albedo", "share: 64 entries, one medium",
+                                        "share: 64 entries, 64 media"};
+
+    for (int what = 0; what < 3; what++) {
+        printf("%-30s", name[what]);
+        for (int p = 0; p < 3; p++) {
+            double time[BENCH_REPEATS];
+
+            for (int k = 0; k < BENCH_REPEATS; k++)
+                time[k] =
+                    what == 0 ? bench_media(p, 20000) : bench_share(&medium[p], what - 1, 500);
+            printf("%16.0f", bench_median(time));
+        }
+        printf("\n");
+    }
 }
 
 int main(void) {
@@ -89,18 +161,20 @@ int main(void) {
     for (int k = 0; k < BENCH_REPEATS; k++)
         for (int i = 0; i < BENCH_CASES; i++)
             for (int p = 0; p < 3; p++)
-                time[i][p][k] =
-                    i == BENCH_FLOOR ? bench_exponentials(100000) : bench_candidates(&medium[p], bench_cases[i], 40000);
-    printf("ns for each candidate, one core, median of %d (over six expf):\n%-28s", BENCH_REPEATS, "");
+                time[i][p][k] = i == BENCH_FLOOR
+                                    ? bench_exponentials(100000)
+                                    : bench_candidates(&medium[p], bench_cases[i], 40000);
+    printf("ns for each candidate, one core, median of %d (over six expf):\n%-28s", BENCH_REPEATS,
+           "");
     for (int p = 0; p < 3; p++) printf("%18s", profile[p]);
     for (int i = 0; i < BENCH_CASES; i++) {
         printf("\n%-28s", bench_cases[i].name);
         for (int p = 0; p < 3; p++) {
-            qsort(time[i][p], BENCH_REPEATS, sizeof(double), bench_order);
-            double ns = time[i][p][BENCH_REPEATS / 2];
+            double ns = bench_median(time[i][p]);
             printf("%9.1f (%5.2f)", ns, ns / time[BENCH_FLOOR][p][BENCH_REPEATS / 2]);
         }
     }
-    printf("\n");
+    printf("\n\nns:\n");
+    bench_print_others(medium);
     return 0;
 }

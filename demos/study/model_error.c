@@ -386,15 +386,15 @@ static void radius_ratios(const scene *s, const radius_entry *e, uint32_t seed,
     }
 }
 
-static void report_radius(const char *name, int entries) {
+static void report_radius(int which, int entries) {
     static scene s;
-    scenes_optics optics = {{0.0f}, {0.0f}};
+    scenes_optics optics = scenes_make(&s, which);
+    const char *name = scenes_known[which].name;
     int wrong[RADIUS_WAYS] = {0};
     float(*ratio)[RADIUS_WAYS] = malloc((size_t)entries * sizeof *ratio);
     float *sorted = malloc((size_t)entries * sizeof *sorted);
     radius_entry *entry = malloc((size_t)entries * sizeof *entry);
     if (!ratio || !sorted || !entry) fail(1, "out of memory");
-    scenes_find(&s, &optics, name);
     sss_burley(&s.medium, optics.albedo, optics.dmfp);
     radius_entries(&s, entry, entries);
     for (int i = 0; i < entries; i++)
@@ -413,11 +413,10 @@ static void report_radius(const char *name, int entries) {
 }
 
 static void report_radii(int entries) {
-    static const char *const scenes[] = {"sphere", "slab", "corner", "needles", "bear"};
     printf("The radius on %d entries of each scene: the estimate over the true radius, and how\n"
            "often it leads to a profile where the true one leads to a volume:\n",
            entries);
-    for (int k = 0; k < 5; k++) report_radius(scenes[k], entries);
+    for (int k = 0; k < SCENES; k++) report_radius(k, entries);
 }
 
 int main(int argc, char **argv) {
