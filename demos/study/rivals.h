@@ -1,8 +1,8 @@
 // rivals.h - the ways to find the light that leaves a translucent object which chart.c races.
 // Host only. SPDX-License-Identifier: MIT
 //
-// All look for the light at the pixels of a tile of one of the tracer's scenes. The light at an exit
-// is one sample of the lamp and the surroundings in closed form, times a procedural texture that no
+// All look for the light at the pixels of a tile, in a scene of the tracer. The light at an exit is
+// one sample of the lamp and the surroundings in closed form, times a procedural texture that no
 // hint knows. The truth is a random walk through the volume.
 #ifndef RIVALS_H
 #define RIVALS_H
@@ -180,8 +180,8 @@ typedef struct rivals_way {
 } rivals_way;
 
 static inline int rivals_lookup(const rivals_world *w, const camera_entry *at,
-                                const rivals_way *way, int i, const tracer_random *random, rivals_work *work,
-                                sss_exit *exits, int *shapes) {
+                                const rivals_way *way, int i, const tracer_random *random,
+                                rivals_work *work, sss_exit *exits, int *shapes) {
     sss_resampler r;
     sss_probe probe;
     scene_hits hits;
