@@ -264,6 +264,9 @@ static const tile_way tile_ways[] = {
 };
 #define TILE_WAYS ((int)(sizeof tile_ways / sizeof *tile_ways))
 
+/* Later pixels weigh more in a tile's mean, so that light of the wrong pixel shows. */
+static double pixel_weight(const rivals_tile *tile, int i) { return 2.0 * (i + 1) / (tile->count * (tile->count + 1.0)); }
+
 /* The mean light over a tile's pixels in each channel, from one run of 16 samples a pixel. */
 static void tile_run(const rivals_world *w, const rivals_tile *tile, const tile_way *m, uint32_t seed, double light[3]) {
     rivals_way way = {.hint = m->hint, .strata = m->strata};
@@ -274,7 +277,7 @@ static void tile_run(const rivals_world *w, const rivals_tile *tile, const tile_
     for (uint32_t n = 0; n < 16; ++n) {
         if (m->lean) rivals_lean_tile(w, tile, seed, n, value, &work);
         else rivals_header_tile(w, tile, &way, seed, n, value, &work);
-        for (int k = 0; k < 3 * tile->count; ++k) light[k % 3] += value[k / 3][k % 3] / (16 * tile->count);
+        for (int k = 0; k < 3 * tile->count; ++k) light[k % 3] += pixel_weight(tile, k / 3) * value[k / 3][k % 3] / 16.0;
     }
 }
 
@@ -289,9 +292,9 @@ static void tile_brute_force(const rivals_world *w, const rivals_tile *tile, uin
         for (int p = 0; p < points.count; ++p) {
             tracer_point y = points.point[p];
             sss_vec3 e = rivals_shade_exit(&w->s, y.position, y.normal, y.shape, 0, &random, &work);
-            light[0] += (double)(y.weight.x * e.x) / tile->count;
-            light[1] += (double)(y.weight.y * e.y) / tile->count;
-            light[2] += (double)(y.weight.z * e.z) / tile->count;
+            light[0] += pixel_weight(tile, i) * (double)(y.weight.x * e.x);
+            light[1] += pixel_weight(tile, i) * (double)(y.weight.y * e.y);
+            light[2] += pixel_weight(tile, i) * (double)(y.weight.z * e.z);
         }
     }
 }
@@ -308,6 +311,7 @@ static void tiles_have_the_mean_of_brute_force(void **state) {
         double light[3];
         memset(&w, 0, sizeof w);
         scenes_optics optics = scenes_make(&w.s, scenes[k]);
+        if (k == 2) optics.dmfp[1] *= 0.02f; /* narrower than a pixel: it stays with its own lookup */
         assert_int_equal(sss_burley(&w.s.medium, optics.albedo, optics.dmfp), SSS_OK);
         rivals_place(&w.s, 1u, &tile);
         assert_true(tile.count >= RIVALS_PIXELS / 2);

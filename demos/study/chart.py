@@ -50,19 +50,19 @@ def curve(row, cost, kind="error"):
     once = row.once_seconds + row.once_shaded * charge
     each = row.seconds + row.shaded * charge
     if row.method == "cloud":
-        return np.array([once + each]), np.array([row.error_1 if kind == "error" else row.block_1])
+        return np.array([once + each]), np.array([row.error_1])
     samples = np.array(LEVELS + [256, 1024, 4096, 16384], float)
-    errors = [getattr(row, f"{kind}_{n}") for n in LEVELS]
+    errors = [getattr(row, f"error_{n}") for n in LEVELS]
     noise = max(errors[-1] ** 2 - model**2, 1e-9)
     errors += [np.sqrt(model**2 + noise * 64 / n) for n in samples[4:]]
     return once + samples * each, np.maximum(errors, 1e-4)
 
 
-def envelope(rows, cost, times=TIMES, kind="error"):
+def envelope(rows, cost, times=TIMES):
     """The least total error of any of the rows, at each time; infinite before the first sample."""
     best = np.full(len(times), np.inf)
     for row in rows.itertuples():
-        t, e = curve(row, cost, kind)
+        t, e = curve(row, cost)
         here = np.exp(np.interp(np.log(times), np.log(t), np.log(e)))
         here[times < t[0]] = np.inf
         best = np.minimum(best, np.minimum.accumulate(here))
@@ -116,13 +116,11 @@ def judge(rows):
                 best, mine = envelope(field, cost), envelope(plan, cost)
                 fair = np.isfinite(mine) & np.isfinite(best)
                 ratio = mine[fair] / best[fair]
-                at = {f: time_to(field[field.method.isin(m)], cost, 0.05)
-                      for f, (m, _) in FAMILIES.items()}
-                winner = min(at, key=at.get)
+                winner, quickest = first_to(field, cost, 0.05)
                 out.append({
                     "scene": scene, "size": size, "hinted": hinted, "cost": cost,
                     "mean": np.exp(np.log(ratio).mean()), "worst": ratio.max(),
-                    "time": time_to(plan, cost, 0.05) / at[winner], "winner": winner,
+                    "time": time_to(plan, cost, 0.05) / quickest, "winner": winner,
                 })
     return pd.DataFrame(out)
 
@@ -136,7 +134,7 @@ def finish(figure, path):
 
 
 def race(rows, out):
-    bodies = [("thick", "sphere", 0.0625), ("curved", "sphere", 1.0), ("thin, lit from behind", "slab", 1.0)]
+    bodies = [("thick", "sphere", 0.125), ("curved", "sphere", 1.0), ("thin, lit from behind", "slab", 1.0)]
     figure, axes = plt.subplots(2, 3, figsize=(11, 6.6), sharex=True, sharey=True)
     times = np.logspace(-6.5, -1.7, 120)
     for k, (name, scene, size) in enumerate(bodies):
@@ -164,43 +162,53 @@ def race(rows, out):
             if j == 1:
                 ax.set_xlabel("CPU time of a pixel, µs")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.suptitle("Each method falls until it lies flat at the error of its model; "
-                    "the plan follows whichever is lowest", fontsize=13, y=0.985)
-    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.955))
-    figure.tight_layout(rect=(0, 0, 1, 0.915))
+    figure.suptitle("A profile ends at the error of its model, the walk goes on falling; "
+                    "the plan changes over in time", fontsize=13, y=0.985)
+    figure.tight_layout(rect=(0, 0, 1, 0.955))
+    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96))
     finish(figure, f"{out}-race.png")
 
 
+def first_to(field, cost, target):
+    """The family that is down to that error first, and its time."""
+    at = {f: time_to(field[field.method.isin(m)], cost, target) for f, (m, _) in FAMILIES.items()}
+    best = min(at, key=at.get)
+    return best, at[best]
+
+
 def which(rows, out):
-    charges = np.logspace(-0.5, 2.5, 61)
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.9), sharey=True)
-    names = list(FAMILIES)
+    charges = np.logspace(-0.5, 2.5, 31)
+    spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), sharex=True, sharey=True)
     used = set()
-    for ax, hinted in zip(axes, [False, True]):
-        spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
-        x = np.log10(spots.thickness.to_numpy())
+    for (j, target), (i, hinted) in [(y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])]:
+        ax = axes[j, i]
         for k, (scene, size, _) in enumerate(spots.itertuples(index=False)):
             field = rivals(world(rows, scene, size), hinted)
-            left = x[k] - 0.035
             for c in charges:
-                at = {f: time_to(field[field.method.isin(m)], c, 0.05) for f, (m, _) in FAMILIES.items()}
-                best = min(at, key=at.get)
-                if not np.isfinite(at[best]):
+                best, time = first_to(field, c, target)
+                if not np.isfinite(time):
                     continue
                 used.add(best)
-                ax.bar(10**left, c * (10**0.05 - 1), bottom=c / 10**0.025, width=10 ** (left + 0.07) - 10**left,
-                       align="edge", color=FAMILIES[best][1], lw=0)
-        ax.set_xscale("log")
+                ax.bar(k, c * (10**0.1 - 1), bottom=c / 10**0.05, width=1, color=FAMILIES[best][1], lw=0)
         ax.set_yscale("log")
         ax.set_ylim(0.3, 330)
-        ax.set_xlabel("thickness of the body, in diffuse mean free paths")
-        ax.set_title("hinted by n·l + .05" if hinted else "no hint")
-    axes[0].set_ylabel("cost of shading an exit, in probes")
-    handles = [plt.Rectangle((0, 0), 1, 1, color=FAMILIES[f][1]) for f in names if f in used]
-    figure.legend(handles, [f for f in names if f in used], loc="upper center", ncol=7, frameon=False,
-                  bbox_to_anchor=(0.5, 0.93))
-    figure.suptitle("Which for me: the first to 5 % total error. One bar for each scene and size", fontsize=13)
-    figure.tight_layout(rect=(0, 0, 1, 0.9))
+        ax.set_xlim(-0.5, len(spots) - 0.5)
+        ax.set_yticks([1, 10, 100])
+        ax.set_yticklabels(["1", "10", "100"])
+        ax.set_title(f"to {100 * target:.0f} % error, " + ("hinted by n·l + .05" if hinted else "no hint"))
+        ax.set_xticks(range(len(spots)))
+        ax.set_xticklabels([f"{thick:.2g}\n{scene}" for scene, _, thick in spots.itertuples(index=False)],
+                           fontsize=7)
+        if j == 1:
+            ax.set_xlabel("thickness of the body, in diffuse mean free paths")
+        if i == 0:
+            ax.set_ylabel("cost of shading an exit, in probes")
+    names = [f for f in FAMILIES if f in used]
+    handles = [plt.Rectangle((0, 0), 1, 1, color=FAMILIES[f][1]) for f in names]
+    figure.suptitle("Which for me: the method that is first down to a total error", fontsize=13, y=0.985)
+    figure.tight_layout(rect=(0, 0, 1, 0.955))
+    figure.legend(handles, names, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96))
     finish(figure, f"{out}-which.png")
 
 
