@@ -167,7 +167,7 @@ model-error: build/model_error
 	gnuplot -e "out='build/model_error'" demos/study/model_error.gp
 	cp build/model_error.png demos/study/
 
-# Rows that build/chart.csv holds are not measured again. REDUCED=1 takes a quarter of the time.
+# Rows that build/chart.csv holds are not measured again. REDUCED=1 does an eighth.
 chart: build/chart build/model
 	build/chart $(if $(REDUCED),--reduced)
 	build/model tests/data/mc_searchlight.csv build/chart

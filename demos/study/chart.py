@@ -42,10 +42,10 @@ def load(path):
     return head, rows
 
 
-def curve(row, cost, kind="error"):
+def curve(row, cost):
     """Seconds a pixel and total error, over the number of samples. Beyond 64 samples the noise
-    goes on with the root."""
-    model = row.model if kind == "error" else row["model_block"]
+    goes on with the root. The walk's model is the truth's own (tests hold that): its error is 0."""
+    model = 0.0 if row.method == "walk" or row.walks == 1 else row.model
     charge = cost * row.probe_seconds
     once = row.once_seconds + row.once_shaded * charge
     each = row.seconds + row.shaded * charge
@@ -275,63 +275,159 @@ def mean(values):
     return float(np.exp(np.mean(np.log(values))))
 
 
-def page(head, rows, verdict, table, out):
-    main = verdict[verdict["size"] == 1.0]
-    lines = ["# The race", "",
-             f"Written by `demos/study/chart.py` from one run: {head.replace('# ', '')}. "
-             f"The truth is known to {100 * rows.truth_error.mean():.1f} % a pixel, and that is taken off.", ""]
-    counts = {}
-    for hinted in [False, True]:
-        part = main[main.hinted == hinted]
-        counts[hinted] = (int((part["mean"] <= 1.2).sum()), int((part.worst <= 1.2).sum()), len(part))
-        every = verdict[verdict.hinted == hinted]
-        counts["all", hinted] = (int((every["mean"] <= 1.2).sum()), len(every))
-    caption = [
+def percent(x):
+    return f"{100 * x:.1f} %"
+
+
+def table_of(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return lines + ["| " + " | ".join(cells) + " |" for cells in rows] + [""]
+
+
+def caption_of(verdict):
+    """What the README says below the picture."""
+    part = {h: verdict[(verdict["size"] == 1.0) & (verdict.hinted == h)] for h in [False, True]}
+    near = {h: int((v["mean"] <= 1.2).sum()) for h, v in part.items()}
+    always = {h: int((v.worst <= 1.2).sum()) for h, v in part.items()}
+    return [
         "Total error (noise and model together) against a random walk through the volume, over CPU time of a pixel; "
-        "nothing is told of the light. Each method at its best setting at each time.",
+        "nothing is told of the light, and each method has its best setting at each time.",
         "",
-        f"**The plan is within 20 % of the least error of all rivals in {counts[False][0]} of {counts[False][2]} cases of "
-        f"scene and cost of shading without hints, and in {counts[True][0]} of {counts[True][2]} hinted by n·l + .05** "
-        f"(mean over 10 µs to 10 ms a pixel; at each time in {counts[False][1]} and {counts[True][1]}).",
+        f"**The plan is within 20 % of the least error of all rivals in {near[False]} of {len(part[False])} cases of scene "
+        f"and cost of shading without hints, and in {near[True]} of {len(part[True])} hinted by n·l + .05** (mean over "
+        f"10 µs to 10 ms a pixel; at every time in {always[False]} and {always[True]}).",
     ]
-    lines += ["![total error over time](chart-race.png)", ""] + caption + ["",
-              "![which method](chart-which.png)", "", "![hints](chart-hints.png)", "", "## The plan, case by case", "",
-              "Error of the plan over the least error of any rival (geometric mean over time, worst), time to 5 % total "
-              "error over that of the quickest rival, and which rival that is.", "",
-              "| scene | cost | no hint: mean, worst | time | quickest | n·l + .05: mean, worst | time | quickest |",
-              "|---|---|---|---|---|---|---|---|"]
+
+
+def plan_lines(verdict):
+    rows = []
     for scene in SCENES:
         for cost in COSTS:
             cells = [scene, str(cost)]
             for hinted in [False, True]:
-                v = main[(main.scene == scene) & (main.cost == cost) & (main.hinted == hinted)].iloc[0]
-                cells += [f"{v['mean']:.2f}, {v.worst:.2f}", f"{v.time:.2f}" if np.isfinite(v.time) else "-", v.winner]
-            lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", f"At all four sizes: {counts['all', False][0]} of {counts['all', False][1]} without hints, "
-              f"{counts['all', True][0]} of {counts['all', True][1]} hinted.", "",
-              "## What a hint is worth", "",
-              "Variance of one sample with 8 candidates, over that without a hint: geometric mean, least and most over "
-              "the five scenes.", "", "| hint | own exit | shared over 8 x 8 |", "|---|---|---|"]
-    for hint, label in [("exact", "exact"), ("lamp", "lamp without its shadow"), ("cosine", "n·l + .05"),
-                        ("wrong", "wrong side")]:
+                here = verdict[(verdict.scene == scene) & (verdict["size"] == 1.0) & (verdict.cost == cost)]
+                v = here[here.hinted == hinted].iloc[0]
+                time = f"{v.time:.2f}" if np.isfinite(v.time) else "not there"
+                cells += [f"{v['mean']:.2f}, {v.worst:.2f}", time, v.winner]
+            rows.append(cells)
+    count = {h: verdict[verdict.hinted == h]["mean"] for h in [False, True]}
+    return [
+        "## The plan, case by case",
+        "",
+        "Error of `sss_plan_for` with the best of its tolerances (50 to 1 %) over the least error of any rival at the "
+        "same time: geometric mean over time, and worst. Then its time to 5 % total error over that of the quickest "
+        "rival, and which that is. With hints the rivals may use them or not.",
+        "",
+    ] + table_of(["scene", "cost", "no hint: mean, worst", "time", "quickest", "hinted: mean, worst", "time", "quickest"],
+                 rows) + [
+        f"At all sizes: within 20 % in {int((count[False] <= 1.2).sum())} of {len(count[False])} cases without hints, in "
+        f"{int((count[True] <= 1.2).sum())} of {len(count[True])} hinted.",
+        "",
+    ]
+
+
+def hint_lines(table):
+    names = {"exact": "exact", "lamp": "lamp without its shadow, and sky", "cosine": "n·l + .05", "wrong": "wrong side"}
+    rows = []
+    for hint, label in names.items():
         cells = [label]
         for method in ["resampled", "shared"]:
             r = table[method, hint]
             cells.append(f"{mean(r):.2f} ({min(r):.2f} to {max(r):.2f})")
-        lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", "## Pixels and blocks", "",
-              "Error of one sample, of pixels and of the mean over 8 x 8 of them: sharing lowers the noise of pixels, "
-              "and correlates it, so that a block gains less.", "",
-              "| scene | own exit: pixels | block | shared: pixels | block |", "|---|---|---|---|---|"]
+        rows.append(cells)
+    return [
+        "## What a hint is worth",
+        "",
+        "![variance with hints of four qualities](chart-hints.png)",
+        "",
+        "Variance of one sample with 8 candidates over that without a hint: geometric mean, least and most over the five "
+        "scenes. n·l + .05 knows nothing of the sky, which is bright here.",
+        "",
+    ] + table_of(["hint", "one exit of its own", "a colour's exits, shared over 8 x 8"], rows)
+
+
+def product(rows, cost):
+    """The least of variance times time of one sample, over the settings."""
+    best = np.inf
+    for row in rows.itertuples():
+        best = min(best, noise2(row) * (row.seconds + row.shaded * cost * row.probe_seconds))
+    return best
+
+
+def sampling_lines(rows):
+    """Noise alone: variance times time over that of the lean probe."""
+    ways = [("memo", "none", "memo 16-05: independent, disk and sphere"), ("resampled", "none", "the default mix"),
+            ("four-exits", "none", "four exits"), ("colours", "none", "an exit a colour"),
+            ("shared", "none", "the same, shared over 8 x 8"), ("resampled", "cosine", "the default mix, n·l + .05"),
+            ("shared", "cosine", "shared, n·l + .05")]
+    out = []
+    for method, hint, label in ways:
+        cells = [label]
+        for cost in COSTS:
+            ratio = []
+            for scene in SCENES:
+                here = world(rows, scene, 1.0)
+                mine = here[(here.method == method) & (here.hint == hint)]
+                ratio.append(product(mine, cost) / product(here[here.method == "lean"], cost))
+            cells.append(f"{mean(ratio):.2f}")
+        out.append(cells)
+    strata = []
+    for scene in SCENES:
+        here = world(rows, scene, 1.0)
+        here = here[(here.hint == "cosine") & (here.setting == 8)]
+        a, b = [here[here.method == m].iloc[0] for m in ["resampled", "no-strata"]]
+        strata.append((a.error_16**2 - a.model**2) / (b.error_16**2 - b.model**2))
+    return [
+        "## Noise alone",
+        "",
+        "Variance of pixels times CPU time of one sample, each way with its best number of candidates, over those of a lean "
+        "plain probe that shades all its hits (King et al. 2013, written without the header): geometric mean over the five "
+        "scenes. Below 1 the way is the better one.",
+        "",
+    ] + table_of(["", *[f"shading costs {c} probes more" for c in COSTS]], out) + [
+        f"Strata over 16 samples of a pixel (`sss_begin_sample`): {mean(strata):.2f} of the variance without.",
+        "",
+    ]
+
+
+def block_lines(rows):
+    out = []
     for scene in SCENES:
         here = world(rows, scene, 1.0)
         here = here[(here.hint == "none") & (here.setting == 8)]
         cells = [scene]
         for method in ["colours", "shared"]:
             r = here[here.method == method].iloc[0]
-            cells += [f"{100 * np.sqrt(max(r.error_1**2 - r.model**2, 0)):.1f} %",
-                      f"{100 * np.sqrt(max(r.block_1**2 - r.model_block**2, 0)):.1f} %"]
-        lines.append("| " + " | ".join(cells) + " |")
+            cells += [percent(np.sqrt(max(r.error_1**2 - r.model**2, 0.0))),
+                      percent(np.sqrt(max(r.block_1**2 - r.model_block**2, 0.0)))]
+        out.append(cells)
+    return [
+        "## Pixels and blocks",
+        "",
+        "Noise of one sample, of pixels and of the mean over a block of 8 x 8. Sharing takes the noise of pixels away, and "
+        "correlates what is left: a block gains nothing.",
+        "",
+    ] + table_of(["scene", "own exits: pixels", "block", "shared: pixels", "block"], out)
+
+
+def page(head, rows, verdict, table, out):
+    caption = caption_of(verdict)
+    lines = [
+        "# The race",
+        "",
+        f"Written by `demos/study/chart.py` from the rows of one run, `{head}`: `make chart` measures them. The error is "
+        "relative, the root mean square over the pixels of tiles of 8 x 8, with a floor of a tenth of the mean light. The "
+        f"truth is known to {percent(rows.truth_error.mean())} a pixel, whose square is taken off. Beyond 64 samples the "
+        "noise is continued with the root of their number. Shading an exit is charged with 0 to 80 probes on top of one "
+        "sample of the lamp. A cloud pays its part of the build, spread over all pixels of a 480 x 270 picture that see "
+        "the object; the plan pays for four rays a pixel that find the radius of the body.",
+        "",
+        "![total error over time](chart-race.png)",
+        "",
+    ] + caption + ["", "![which method is first](chart-which.png)", ""]
+    lines += plan_lines(verdict) + sampling_lines(rows) + hint_lines(table) + block_lines(rows)
+    lines += ["## Profiles on a half space", "", "![errors of the profiles by albedo](chart-model.png)", "",
+              "What they cost on curved and thin bodies: [model_error.png](model_error.png), `make model-error`."]
     with open(f"{out}.md", "w", encoding="utf-8") as f:
         f.write("\n".join(lines) + "\n")
     with open(f"{out}-caption.md", "w", encoding="utf-8") as f:
