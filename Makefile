@@ -105,7 +105,7 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-build/bench build/chart build/failures build/mix build/model build/model_error build/tile: build/%: demos/study/%.c $(STUDY) | build
+$(filter-out build/bench_exits,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
@@ -133,6 +133,7 @@ build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h 
 	clang -std=c99 -O2 -g $(EXACT) $(STRICT) -fno-sanitize-recover=all -fsanitize-ignorelist=tests/fuzz_ignore.txt \
 	    -fsanitize=fuzzer,$(SANITIZERS) -I. $< -o $@ -lm
 
+build/test_walk: $(STUDY)
 build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm

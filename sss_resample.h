@@ -81,10 +81,11 @@
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
    Use a seed once.
 
-   Bits. With -ffp-contract=off on the host, the CPU and an OpenCL device compute the same bits (a
-   NaN is only a NaN). Scaling the scene by a power of two changes no pick and no bit of a weight.
-   Nothing that a caller passes makes a NaN come out: bad media, plans and points are refused by
-   name, bad hits are ignored. Everything is reentrant.
+   Bits. With -ffp-contract=off on the host, and a program that is not linked with -ffast-math, the
+   CPU and an OpenCL device compute the same bits (a NaN is only a NaN). Scaling the scene by a
+   power of two changes no pick and no bit of a weight. Nothing that a caller passes makes a NaN
+   come out: bad media, plans and points are refused by name, bad hits are ignored. Everything is
+   reentrant.
 
    THEORY (numbers in brackets are cited below)
    [1] A probe is a random segment. If the expected number of times that probe j crosses a surface
@@ -124,7 +125,7 @@
 /* ---- Language: all that differs between C, C++ and OpenCL C, and what a user may set ---- */
 
 #if defined(__FAST_MATH__) || defined(__FAST_RELAXED_MATH__) || defined(__ASSOCIATIVE_MATH__) ||   \
-    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+    defined(__RECIPROCAL_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "sss_resample.h needs IEEE arithmetic: compile without -ffast-math and its parts"
 #endif
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__
@@ -2128,7 +2129,7 @@ SSSI_FN sssi_place sssi_walk_place(const sss_resampler *s) {
 /* What the walk carries in each channel after n scatterings and a path of the given length, in
    inner units: albedo^n times the density of the path over the mean of the channels' densities. At
    most the number of live channels. */
-SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float weight[3]) {
+SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float *weight) {
     const float *mix = s->optics.mix;
     const float *extinction = s->optics.medium.extinction;
     float n = (float)s->walk.scatterings;
@@ -2239,13 +2240,14 @@ SSSI_FN void sssi_walk_out(sss_resampler *s) {
                  sssi_draw_chance(s->key, s->next), hit);
 }
 
-/* The segment goes on behind its own start. */
+/* The segment goes on behind its own start, each time by twice as much, so that it comes to an
+   end. */
 SSSI_FN void sssi_walk_past(sss_resampler *s) {
     sssi_walk *w = &s->walk;
-    float done = w->distance / s->optics.unit;
 
     w->found = w->goes_on = 0;
-    w->skip = done + w->skin;
+    w->skip = sssi_max(w->skip, w->distance / s->optics.unit) + w->skin;
+    w->skin *= 2.0f;
 }
 
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
@@ -2279,13 +2281,14 @@ static inline void sssi_hit_segment(sss_resampler *s, sss_vec3 position, sss_vec
                                     float light, int hit) {
     sssi_walk *w = &s->walk;
     sss_vec3 start = sssi_add(s->position, sssi_mul(w->position, s->optics.unit));
-    float distance = sssi_dot(sssi_sub(position, start), w->direction);
-    int is_start = w->scatterings == 0 && distance <= SSSI_START * w->skin * s->optics.unit;
+    float along = sssi_dot(sssi_sub(position, start), w->direction);
+    float distance = sssi_max(along, 0.0f);
+    int is_start = w->scatterings == 0 && distance < SSSI_START * w->skin * s->optics.unit;
 
     if (!w->on || (w->found && !(distance < w->distance))) return;
     w->found = 1;
     w->goes_on = is_start && sssi_dot(normal, w->direction) < 0.0f;
-    w->distance = sssi_max(distance, 0.0f);
+    w->distance = distance;
     w->hit.position = position;
     w->hit.normal = normal;
     w->hit.hit = hit;
@@ -2442,7 +2445,7 @@ SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
    units. */
 SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
-                                 float profile[3]) {
+                                 float *profile) {
     sssi_optics o = sssi_make_optics(m, 0u);
     float inverse = 1.0f / o.unit;
     float r2 = sssi_share_distance2(exit->position, entry, inverse);

@@ -9,7 +9,8 @@
 #define COMMAND "mesh"
 #include "common/mesh_file.h"
 #include "common/mesh_tracer.h"
-#include "common/window.h"
+#include "common/pair.h"
+#include "common/progress.h"
 
 #define SLICE      0.012  // seconds that one step of rendering takes
 #define REFRESH    0.080  // between two frames, unless there is an event
@@ -18,9 +19,6 @@
 #define QUICK      8      // candidates of a preview at most
 #define BATCH      8      // pixels
 #define ROWS       16     // of the mask in one step
-#define MARGIN     32.0f
-#define TOP        96.0f  // of the pictures
-#define FOOTER     104.0f
 #define FIELD      22.0f  // angle of the view in degrees, and the share of it that the object may fill
 #define FILLED     0.86f
 #define LAMP       128.0f // degrees from the eye, about the object
@@ -112,7 +110,6 @@ typedef struct viewer {
     int dragging;
     float mouse_x, mouse_y;
     GLuint texture[RUNS];
-    double reported; // progress: when
 
     pthread_t painter;
     pthread_mutex_t lock;
@@ -456,19 +453,8 @@ static box view_box(const canvas *c, int which) {
     return b;
 }
 
-// The largest part of the picture's shape in it.
 static box picture_box(const canvas *c, const run *r, int which) {
-    box b = view_box(c, which);
-    float across = (float)r->settings.width, down = (float)r->settings.height;
-    float scale = scene_min(b.width / across, b.height / down);
-    b.x = which == PLAIN ? b.x + b.width - across * scale : b.x;
-    b.width = across * scale;
-    b.height = down * scale;
-    return b;
-}
-
-static const char *resampled_name(const viewer *v) {
-    return v->view.light_aware ? "resampled, told of the light" : "resampled";
+    return pair_box(c, which, r->settings.width, r->settings.height);
 }
 
 static void medium_text(const viewer *v, char *text, size_t room) {
@@ -491,14 +477,8 @@ static const char *base_name(const char *path) {
     return slash ? slash + 1 : path;
 }
 
-static void draw_label(canvas *c, float x, float y, int side, unsigned colour, const char *text) {
-    float width = canvas_text_width(c, 19.0f, text) + 16.0f;
-    canvas_rectangle(c, side == CANVAS_LEFT ? x : x - width, y, width, 27.0f, 0x12151bb0u);
-    canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);
-}
-
 static void run_text(viewer *v, int which, char *first, char *second, size_t room) {
-    const char *name = which == PLAIN ? "plain" : resampled_name(v);
+    const char *name = which == PLAIN ? "plain" : pair_resampled_name(v->view.light_aware);
     pthread_mutex_lock(&v->lock);
     const card *k = &v->shown[which];
     double plain = v->shown[PLAIN].noise;
@@ -519,7 +499,7 @@ static void draw_run(viewer *v, canvas *c, int which) {
     unsigned colour = which == PLAIN ? TEXT : CHOSEN;
     if (v->texture[which]) canvas_image(c, v->texture[which], at, all, 0xffffffffu);
     run_text(v, which, first, second, sizeof first);
-    draw_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : resampled_name(v));
+    pair_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : pair_resampled_name(v->view.light_aware));
     canvas_text(c, b.x, b.y + b.height + 26.0f, 19.0f, CANVAS_LEFT, colour, first);
     canvas_text(c, b.x, b.y + b.height + 47.0f, 14.0f, CANVAS_LEFT, QUIET, second);
     canvas_look(c);
@@ -644,29 +624,20 @@ static void run_window(viewer *v, canvas *c) {
 
 // ---- Without a window
 
-static void show_progress(viewer *v, double start) {
-    const run *r = &v->run[RESAMPLED];
-    double share = (double)(r->spp[0] + r->spp[1]) / v->spp, time = now();
-    int terminal = isatty(STDERR_FILENO);
-    if (share <= 0.0 || share >= 1.0 || time - v->reported < (terminal ? 0.5 : 5.0)) return;
-    v->reported = time;
-    fprintf(stderr, terminal ? "\rrendering %3.0f %%, %.0f s left   " : "mesh: %.0f %%, %.0f s left\n", 100.0 * share,
-            (time - start) * (1.0 / share - 1.0));
-}
-
 // Returns the exit code, unless the picture cannot be written.
 static int render_headless(viewer *v, canvas *c) {
     char first[200], second[200];
-    double start = v->reported = now();
+    progress p;
     int next;
+    progress_begin(&p, base_name(v->file), v->spp);
     interrupt_await();
     take_view(v);
     while (v->masked < v->run[0].settings.height) find_object(v);
     while ((next = next_run(v)) < RUNS && !interrupted()) {
         render_slice(v, next, HUGE_VAL);
-        show_progress(v, start);
+        progress_show(&p, v->run[RESAMPLED].spp[0] + v->run[RESAMPLED].spp[1]);
     }
-    if (isatty(STDERR_FILENO)) fprintf(stderr, "\r%60s\r", "");
+    progress_end(&p);
     if (next < RUNS) {
         fprintf(stderr, "mesh: stopped after %.0f of %u samples a pixel\n",
                 v->run[RESAMPLED].card.passes, v->spp);

@@ -4,16 +4,13 @@
 
 #define COMMAND "noise"
 #include "common/device.h"
-#include "common/window.h"
+#include "common/pair.h"
 
 #define WIDTH   300 // of the picture in pixels; shown twice as large
 #define HEIGHT  260
 #define SLICE   0.012 // seconds that one step of rendering may take
 #define REFRESH 0.080 // between two frames, unless there is an event
 #define ENOUGH  4096  // samples a pixel in each half of the reference
-#define MARGIN  32.0f
-#define TOP     96.0f // of the pictures
-#define FOOTER  104.0f
 
 static const char usage[] =
     "usage: noise [options]\n"
@@ -251,14 +248,9 @@ static void switch_device(noise *n) {
 
 // ---- Drawing
 
-// Where the pictures (0) or their errors (1) are: as large as fits.
+// Where the pictures (0) or their errors (1) are.
 static box view_box(const noise *n, const canvas *c, int which) {
-    float width = 0.5f * (c->width - 3.0f * MARGIN + 16.0f), height = c->height - TOP - FOOTER;
-    float across = (float)n->run[0].settings.width, down = (float)n->run[0].settings.height;
-    float scale = scene_min(width / across, height / down);
-    box b = {0.0f, TOP, across * scale, down * scale};
-    b.x = 0.5f * c->width + (which == 0 ? -8.0f - b.width : 8.0f);
-    return b;
+    return pair_box(c, which, n->run[0].settings.width, n->run[0].settings.height);
 }
 
 // The left part of one texture and the right part of another, with the divider between.
@@ -274,21 +266,11 @@ static void draw_split(const noise *n, canvas *c, box b, GLuint left, GLuint rig
     canvas_line(c, x + 2.0f, b.y + 0.5f * b.height - 4.0f, x + 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
 }
 
-static void draw_label(canvas *c, float x, float y, int side, unsigned colour, const char *text) {
-    float width = canvas_text_width(c, 19.0f, text) + 16.0f;
-    canvas_rectangle(c, side == CANVAS_LEFT ? x : x - width, y, width, 27.0f, 0x12151bb0u);
-    canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);
-}
-
-static const char *resampled_name(const noise *n) {
-    return n->light_aware ? "resampled, told of the light" : "resampled";
-}
-
 static void draw_run(const noise *n, canvas *c, int which, float x, float y, int side) {
     const run *r = &n->run[which];
     char text[160];
-    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : resampled_name(n), n->relative_mse[which]);
-    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : resampled_name(n));
+    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : pair_resampled_name(n->light_aware), n->relative_mse[which]);
+    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : pair_resampled_name(n->light_aware));
     canvas_text(c, x, y, 19.0f, side, which == PLAIN ? TEXT : CHOSEN, text);
     snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s", (double)r->spp + (double)r->row / r->settings.height,
              r->seconds);
@@ -355,10 +337,10 @@ static void draw(noise *n, canvas *c) {
     canvas_look(c);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
     canvas_look(c);
-    draw_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
-    draw_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, resampled_name(n));
-    draw_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
-    draw_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
+    pair_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
+    pair_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, pair_resampled_name(n->light_aware));
+    pair_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
+    pair_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
     if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
     else
         canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,

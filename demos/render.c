@@ -5,6 +5,7 @@
 #define COMMAND "render"
 #include "common/command.h"
 #include "common/device.h"
+#include "common/progress.h"
 #include "common/files.h"
 #include "common/tracer.h"
 
@@ -222,35 +223,6 @@ static void check_outputs(const options *o) {
             fail(2, "%s and %s are the same file, %s", names[k], names[i], paths[i]);
         }
     }
-}
-
-// ---- Progress: one line that is overwritten on a terminal, a line every few seconds elsewhere
-
-typedef struct progress {
-    const char *label;
-    double start, printed, done, total; // done and total in any unit of work
-    int terminal;
-} progress;
-
-static void progress_begin(progress *p, double total) {
-    memset(p, 0, sizeof *p);
-    p->start = p->printed = now();
-    p->total = total;
-    p->terminal = isatty(STDERR_FILENO);
-}
-
-static void progress_show(progress *p, double done) {
-    double time = now(), share = done / p->total;
-    if (time - p->printed < (p->terminal ? 0.1 : 5.0) || done <= 0.0) return;
-    p->printed = time;
-    double left = (time - p->start) * (1.0 / share - 1.0);
-    fprintf(stderr, p->terminal ? "\r%-24s %3.0f %%, %.0f s left   " : "%s: %.0f %%, %.0f s left\n", p->label,
-            100.0 * share, left);
-    fflush(stderr);
-}
-
-static void progress_end(const progress *p) {
-    if (p->terminal) fprintf(stderr, "\r%60s\r", "");
 }
 
 // ---- Rendering
@@ -492,7 +464,7 @@ static int render_one(const options *o) {
     load_scene(&s, o->scene, o->profile, 1.0f);
     if (o->against) against = load_against(o);
     progress p;
-    progress_begin(&p, r.spp);
+    progress_begin(&p, scenes_known[o->scene].name, r.spp);
     render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
     if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
@@ -692,10 +664,9 @@ static int compare(const options *o) {
         runs[i].relative_mse = -1.0;
     }
     progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
-    progress_begin(&p, o->spp * (3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
+    progress_begin(&p, "plain", o->spp * (3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
     compare_run(&s, &runs[RESAMPLED], o->spp, &p, "resampled", 3.0);
     compare_run(&s, &runs[AWARE], o->spp, &p, "resampled + light", 3.0);
-    p.label = "plain";
     int spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
     compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
     int reference_spp =

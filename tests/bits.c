@@ -38,42 +38,44 @@ static sss_vec3 some_vector(uint32_t seed) {
     return v;
 }
 
-// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here.
+// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here. Walks meet the
+// surface on one segment of four, and scatter.
 static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
     int i;
     add_vector(probe->origin);
     add_vector(probe->direction);
     add(probe->length);
-    for (i = 0; i < 2; ++i) {
+    for (i = 0; i < (s->walks && seed % 4u ? 0 : 2); ++i) {
         uint32_t name = sss_hash(seed, (uint32_t)i);
         float t = probe->length * sssi_unit(name);
-        sss_vec3 p, n = some_vector(name);
-        p.x = probe->origin.x + t * probe->direction.x;
-        p.y = probe->origin.y + t * probe->direction.y;
-        p.z = probe->origin.z + t * probe->direction.z;
+        sss_vec3 n = some_vector(name);
+        sss_vec3 p = sssi_add(probe->origin, sssi_mul(probe->direction, t)); // which no compiler may fuse
         add(sss_intensity(s, p, n));
         sss_add_hit(s, p, n, (name & 1u) ? 1.0f : 4.0f * sssi_unit(sss_hash(name, 4)));
     }
 }
 
-// The exit's weight for its own entry and for others nearby.
+// The exit's weight for its own entry and for others nearby: more than there are lanes, of one medium and of two.
 static void add_share(const sss_medium *m, const sss_exit *exit, sss_vec3 x, uint32_t seed) {
-    enum { GROUP = 5 };
+    enum { GROUP = 11 };
     sss_entry group[GROUP];
+    sss_medium other = *m;
     float weight[GROUP][3];
     int i;
     int c;
+    int media;
     for (i = 0; i < GROUP; ++i) {
         sss_vec3 off = some_vector(seed + 10u + (uint32_t)i);
-        group[i].position.x = x.x + 0.1f * (float)i * off.x;
-        group[i].position.y = x.y + 0.1f * (float)i * off.y;
-        group[i].position.z = x.z + 0.1f * (float)i * off.z;
+        group[i].position = sssi_add(x, sssi_mul(off, 0.1f * (float)i));
         group[i].medium = m;
     }
 
-    sss_share(exit, group, GROUP, 0, 0.1f, weight);
-    for (i = 0; i < GROUP; ++i) {
-        for (c = 0; c < 3; ++c) add(weight[i][c]);
+    for (media = 1; media <= 2; ++media) {
+        if (media == 2) group[3].medium = &other;
+        sss_share(exit, group, GROUP, 0, 0.1f, weight);
+        for (i = 0; i < GROUP; ++i) {
+            for (c = 0; c < 3; ++c) add(weight[i][c]);
+        }
     }
 }
 
@@ -93,7 +95,7 @@ static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed)
         for (c = 0; c < 3; ++c) add(exits[i].weight[c]);
         add_bits((uint32_t)exits[i].hit);
         add(exits[i].mass);
-        add_share(m, &exits[i], x, seed);
+        if (seed % 4u == 0u) add_share(m, &exits[i], x, seed);
     }
 }
 

@@ -76,6 +76,9 @@ static int is_normal(sss_vec3 v) {
     double x = (double)v.x, y = (double)v.y, z = (double)v.z;
     return is_finite3(v) && x * x + y * y + z * z > 0.0;
 }
+static int is_place(sss_vec3 v) { // of an entry
+    return fabs((double)v.x) <= (double)1e30f && fabs((double)v.y) <= (double)1e30f && fabs((double)v.z) <= (double)1e30f;
+}
 static int is_within(float x, double low, double high) { return (double)x >= low && (double)x <= high; }
 static int is_length(float x) { return (double)x == 0.0 || is_within(x, (double)1e-12f, (double)1e12f); }
 static int is_named(sss_result result) {
@@ -158,33 +161,19 @@ static const char *check_numbers(bytes *b, const sss_medium *m) {
     return NULL;
 }
 
-static const char *check_advice(bytes *b, const subject *k, sss_plan *plan) {
-    sss_need need;
-    sss_plan again;
-    unsigned advice = ~0u;
-    int flat;
-    need.footprint = any_float(b);
-    need.curvature_radius = any_float(b);
-    need.shading_cost = any_float(b);
-    *plan = sss_plan_for(&k->medium, &need, &advice);
-    again = sss_plan_for(&k->medium, &need, NULL);
-    if (again.candidates != plan->candidates || again.techniques != plan->techniques) return "advice changes the plan";
-    flat = k->live && (double)need.curvature_radius >= (double)k->medium.r_max;
-    if (plan->techniques != (flat ? (unsigned)SSS_DISK : 0u)) return "the plan's techniques";
-    if (plan->candidates < 0 || plan->candidates > SSS_MAX_CANDIDATES || plan->exits != 0) return "the plan's counts";
-    return advice <= (unsigned)(SSS_ADVICE_LAMBERT | SSS_ADVICE_VOLUME) ? NULL : "an unknown advice";
-}
-
-// ---- Lookups
-
 // Mostly few candidates and exits; else more, out of range, or any bits at all.
 static sss_plan any_plan(bytes *b) {
-    uint32_t kind = draw(b, 1);
+    uint32_t kind = draw(b, 1), choices;
     sss_plan plan;
     plan.candidates = (int)(draw(b, 1) % 4u);
     plan.exits = (int)(draw(b, 1) % (SSS_MAX_EXITS + 1u));
     plan.techniques = draw(b, 1) % 16u;
-    plan.independent = (int)(draw(b, 1) % 2u);
+    choices = draw(b, 1);
+    plan.independent = (int)(choices % 2u);
+    plan.per_channel = choices / 2u % 4u == 0u;
+    plan.tile = (int)choices - 128;
+    if (plan.per_channel && choices / 8u % 8u) plan.exits = (int)(choices / 8u % 2u);
+    if (kind % 8u == 7u) plan.techniques = kind & 64u ? SSS_LAMBERT : SSS_WALK;
     if (kind % 32u == 1u) plan.candidates = (int)(draw(b, 1) * (SSS_MAX_CANDIDATES + 8u) / 256u);
     if (kind % 32u == 2u) plan.exits = (int)(draw(b, 1) % 16u) - 8;
     if (kind % 32u == 3u) plan.techniques = 1u << draw(b, 1) % 32u;
@@ -194,8 +183,45 @@ static sss_plan any_plan(bytes *b) {
     return plan;
 }
 static int is_plan(const sss_plan *plan) {
+    int exits = plan->per_channel ? 1 : SSS_MAX_EXITS;
+    int alone = plan->techniques == SSS_WALK || plan->techniques == SSS_LAMBERT;
+
+    if (plan->per_channel && SSS_MAX_EXITS < 3) return 0;
     return plan->candidates >= 0 && plan->candidates <= SSS_MAX_CANDIDATES && plan->exits >= 0 &&
-           plan->exits <= SSS_MAX_EXITS && (plan->techniques & ~15u) == 0u;
+           plan->exits <= exits && (alone || plan->techniques < 16u);
+}
+// The model that is good enough for a need: one of four, in a plan that is taken.
+static const char *check_need(bytes *b, const subject *k, sss_plan *plan) {
+    sss_need need;
+    int one_disk;
+
+    need.footprint = any_float(b);
+    need.curvature_radius = any_float(b);
+    need.shading_cost = any_float(b);
+    need.tolerance = need.shading_cost;
+    need.hinted = need.footprint > 1.0f;
+    *plan = sss_plan_for(&k->medium, &need);
+    one_disk = plan->techniques == SSS_DISK && plan->candidates == 1;
+    if (plan->techniques && !one_disk && plan->techniques != SSS_WALK && plan->techniques != SSS_LAMBERT)
+        return "the plan's techniques";
+    return is_plan(plan) && plan->tile >= 0 ? NULL : "the plan's counts";
+}
+
+// ---- Lookups
+
+// The channels as a lookup of this plan sees them: a walk needs a volume, and to Lambert's plan all are without a profile.
+static subject as_seen(const subject *k, const sss_plan *plan) {
+    subject seen = *k;
+    int c;
+
+    seen.live = seen.lambert = 0;
+    for (c = 0; c < 3; ++c) {
+        if (plan->techniques == SSS_LAMBERT) seen.medium.length[c] = 0.0f;
+        if (plan->techniques == SSS_WALK && !(k->medium.extinction[c] > 0.0f)) seen.medium.length[c] = 0.0f;
+        seen.live += seen.medium.albedo[c] > 0.0f && seen.medium.length[c] > 0.0f;
+        seen.lambert += seen.medium.albedo[c] > 0.0f && !(seen.medium.length[c] > 0.0f);
+    }
+    return seen;
 }
 
 // The hints of each exit's hits, their sum and ends: what a weight may be.
@@ -215,19 +241,20 @@ static const char *add_hit(bytes *b, sss_resampler *s, const sss_probe *probe, s
     if (!is_within(mu, 0.0, (double)FLT_MAX)) return "sss_intensity";
     sss_add_hit(s, x, n, light);
     if (is_finite3(x) && is_normal(n) && is_within(light, (double)FLT_MIN * 1e-9, (double)FLT_MAX)) {
-        double hint = fmin(fmax((double)light, ldexp(1.0, -40)), ldexp(1.0, 40));
+        double hint = fmin(fmax((double)light, ldexp(1.0, -30)), ldexp(1.0, 30));
         t->light[exit] += hint;
         t->least[exit] = t->hits[exit] ? fmin(t->least[exit], hint) : hint;
         t->greatest[exit] = fmax(t->greatest[exit], hint);
         ++t->hits[exit];
         ++t->accepted;
     }
-    return s->hits + s->waiting == t->accepted ? NULL : "a hit that is wrong was taken, or one that is right dropped";
+    return s->walks || s->weighed + s->hits.count == t->accepted ? NULL : "a hit that is wrong was taken, or one that is right dropped";
 }
 
-// Chord's share of the probes; 0: no bound is stated.
+// Chord's share of the probes; 0: no bound is stated, or it is that of Lambert, for which any share does.
 static double chord_share(unsigned techniques) {
     int t, n = 0;
+    if (techniques == SSS_LAMBERT) return 1.0;
     for (t = 0; t < 4; ++t) n += (int)(techniques >> t & 1u);
     return !techniques ? 0.25 : techniques & SSS_CHORD ? 1.0 / n : 0.0;
 }
@@ -240,18 +267,21 @@ static double greatest_weight(const subject *k, int c, const sss_plan *plan, con
     if (share == 0.0) return (double)FLT_MAX;
     hit = 2.0 * k->sup / (share * (plan->candidates ? plan->candidates : 8));
     most = t->hits[exit] ? k->live * hit * t->light[exit] / t->least[exit] : 0.0;
-    if (exit == 0 && k->lambert && t->hits[0]) most += k->lambert * t->greatest[0] / t->least[0];
+    if (exit == 0 && k->lambert && t->hits[0] && !plan->per_channel) most += k->lambert * t->greatest[0] / t->least[0];
     if (!(k->medium.length[c] > 0.0f)) most = exit ? 0.0 : 1.0 + hit * t->hits[0] * k->live / fmax(k->lambert, 1);
     return albedo * most * (1.0 + 1e-5 + 6e-8 * t->hits[exit]) + (double)FLT_MIN;
 }
 static const char *check_exits(const subject *k, const sss_plan *plan, const tally *t, const sss_exit *exits,
                                int count) {
     int i, c, e, exits_of_plan = plan->exits ? plan->exits : 1;
-    if (count < 0 || count > exits_of_plan) return "the number of exits";
+    if (count < 0 || count > (plan->per_channel ? k->live + (k->lambert > 0) : exits_of_plan))
+        return "the number of exits";
     for (i = 0; i < count; ++i) {
         sss_vec3 n = exits[i].normal;
         double most, length = sqrt((double)n.x * (double)n.x + (double)n.y * (double)n.y + (double)n.z * (double)n.z);
         if (!is_finite3(exits[i].position) || !(fabs(length - 1.0) < 1e-6)) return "an exit's place or normal";
+        if (!is_within(exits[i].mass, 0.0, (double)FLT_MAX)) return "a mass is negative or not finite";
+        if (exits[i].hit < -1 || (exits[i].hit < 0 && !k->lambert)) return "the number of an exit's hit";
         for (c = 0; c < 3; ++c) {
             if (!is_within(exits[i].weight[c], 0.0, (double)FLT_MAX)) return "a weight is negative or not finite";
             for (e = 0, most = 0.0; e < exits_of_plan; ++e) most = fmax(most, greatest_weight(k, c, plan, t, e));
@@ -261,9 +291,32 @@ static const char *check_exits(const subject *k, const sss_plan *plan, const tal
     return NULL;
 }
 
+// What an exit is worth to others, among them an entry on the exit.
+static const char *check_share(bytes *b, const subject *k, const sss_exit *exit, sss_vec3 entry) {
+    sss_entry group[3];
+    float weight[3][3];
+    int i, c;
+
+    for (i = 0; i < 3; ++i) group[i].medium = &k->medium;
+    group[0].position = entry;
+    group[1].position = exit->position;
+    group[2].position = any_vector(b);
+    if (!is_finite3(group[2].position)) group[2].position = entry;
+    sss_share(exit, group, 3, 0, 1e-3f, weight);
+    for (i = 0; i < 3; ++i) {
+        for (c = 0; c < 3; ++c) {
+            double most = (double)k->medium.albedo[c] * 3.0 * (double)exit->mass * (1.0 + 1e-5);
+
+            if (!is_within(weight[i][c], 0.0, (double)FLT_MAX)) return "a shared weight is negative or not finite";
+            if (i > 0 && !((double)weight[i][c] <= most + (double)FLT_MIN)) return "a shared weight above the bound";
+        }
+    }
+    return NULL;
+}
+
 static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, const sss_plan *plan, sss_vec3 entry) {
     int limit = plan->candidates ? plan->candidates : 8, exits_of_plan = plan->exits ? plan->exits : 1;
-    int probes, i, count;
+    int walks = plan->techniques == SSS_WALK, probes, i, count;
     uint32_t crowd = draw(b, 1);
     tally t = {{0.0}, {0.0}, {0.0}, {0}, 0};
     sss_probe probe;
@@ -274,18 +327,19 @@ static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, cons
         sss_vec3 d = probe.direction;
         double length = sqrt((double)d.x * (double)d.x + (double)d.y * (double)d.y + (double)d.z * (double)d.z);
         int hits = crowd == 1u ? 20 : (int)(draw(b, 1) % 3u);
-        if (probes >= limit) return "a loop without end";
+        if (probes >= (walks ? 1000 * limit : limit)) return "a loop without end";
         if (!is_finite3(probe.origin) || !(fabs(length - 1.0) < 1e-6)) return "a probe's origin or direction";
         if (!is_within(probe.length, (double)FLT_MIN, (double)FLT_MAX)) return "a probe's length";
-        for (i = 0; i < hits; ++i) // s->exit: some of the plan's probes may be none
-            if ((wrong = add_hit(b, s, &probe, entry, s->exit, &t)) != NULL) return wrong;
+        for (i = 0; i < hits; ++i) // s->next: some of the plan's probes may be none
+            if ((wrong = add_hit(b, s, &probe, entry, (s->next - 1) % exits_of_plan, &t)) != NULL) return wrong;
     }
     if (probes && !k->live) return "probes without a live channel";
-    if (s->exit < 0 || s->exit >= exits_of_plan) return "the exit that a probe feeds";
     count = sss_finish(s, exits);
     wrong = check_exits(k, plan, &t, exits, count);
     if (wrong) return wrong;
     if (count && !t.accepted && !k->lambert) return "an exit out of nothing";
+    for (i = 0; i < count; ++i)
+        if ((wrong = check_share(b, k, &exits[i], entry)) != NULL) return wrong;
     if (sss_finish(s, again) != count || sss_next_probe(s, &probe)) return "the end is not the end";
     return count && memcmp(again, exits, (size_t)count * sizeof *exits) ? "finished twice, with two results" : NULL;
 }
@@ -293,18 +347,19 @@ static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, cons
 static const char *run_lookup(bytes *b, const subject *k, const sss_plan *advised) {
     uint32_t kind = draw(b, 1);
     sss_plan given = any_plan(b);
-    const sss_plan standard = {0, 0, 0, 0, 0, 0}, *plan = kind % 16u == 0u ? NULL : kind % 16u == 1u ? advised : &given;
+    const sss_plan standard = {0, 0, 0u, 0, 0, 0}, *plan = kind % 16u == 0u ? NULL : kind % 16u == 1u ? advised : &given;
     sss_vec3 x = kind & 32u ? any_vector(b) : sssi_vec3(unit(b), unit(b), -3.0f * unit(b));
     sss_vec3 n = kind & 64u ? any_vector(b) : sssi_vec3(unit(b) - 0.5f, unit(b) - 0.5f, 1.0f);
     const sss_plan *used = plan ? plan : &standard;
+    subject seen = as_seen(k, used);
     sss_resampler s;
     sss_probe probe;
     sss_exit exit;
     sss_result result = sss_begin(&s, &k->medium, plan, x, n, draw(b, 4));
     if (!is_named(result)) return "sss_begin's result has no name";
-    if ((result == SSS_OK) != (is_plan(used) && is_finite3(x) && is_normal(n))) return "accepted or refused wrongly";
-    if (result == SSS_OK) return run_probes(b, &s, k, used, x);
-    if (result == SSS_BAD_PLAN ? is_plan(used) : result == SSS_BAD_POSITION ? is_finite3(x) : is_normal(n))
+    if ((result == SSS_OK) != (is_plan(used) && is_place(x) && is_normal(n))) return "accepted or refused wrongly";
+    if (result == SSS_OK) return run_probes(b, &s, &seen, used, x);
+    if (result == SSS_BAD_PLAN ? is_plan(used) : result == SSS_BAD_POSITION ? is_place(x) : is_normal(n))
         return "refused by the wrong name";
     if (result < SSS_BAD_NORMAL) return "a result that sss_begin has not";
     if (sss_next_probe(&s, &probe)) return "a probe of a refused lookup";
@@ -324,7 +379,7 @@ static const char *fuzz_one(const uint8_t *data, size_t size, int lookups) {
     b.state = size >= 4 ? draw(&b, 4) : 0;
     wrong = make_medium(&b, &k);
     if (!wrong) wrong = check_numbers(&b, &k.medium);
-    if (!wrong) wrong = check_advice(&b, &k, &advised);
+    if (!wrong) wrong = check_need(&b, &k, &advised);
     while (!wrong && lookups-- > 0) wrong = run_lookup(&b, &k, &advised);
     return wrong;
 }

@@ -18,7 +18,7 @@ total=0
 # which is no verdict.
 try() {
     # shellcheck disable=SC2086
-    $compiler $flags -w -I"$copy" -Itests '-DDATA_DIR="tests/data"' "tests/test_$1.c" -o "$copy/test" -lcmocka -lm \
+    $compiler $flags -w -I"$copy" -Itests -I. '-DDATA_DIR="tests/data"' "tests/test_$1.c" -o "$copy/test" -lcmocka -lm \
         >"$copy/log" 2>&1 || return 2
     SSS_TEST_LONG=1 timeout 600 "$copy/test" >"$copy/log" 2>&1
     case $? in 0) return 1 ;; 124) return 3 ;; esac

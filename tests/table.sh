@@ -46,8 +46,10 @@ figures() {
 join() {
     tr -s ' ' | sed 's/^ //; s/[;.]*$//; s/ at [-+0-9.e]*,/,/; s/|//g' | paste -sd';' | sed 's/;\([^ ]\)/; \1/g; s/:;/:/g'
 }
+promises=
 while IFS= read -r line; do
-    if [[ $line == '| '* && $line != '| promise '* && $(tr -cd '|' <<<"$line" | wc -c) -eq 4 ]]; then
+    case $line in '## Promises') promises=1 ;; '## '*) promises= ;; esac
+    if [[ $promises && $line == '| '* && $line != '| promise '* && $(tr -cd '|' <<<"$line" | wc -c) -eq 4 ]]; then
         tests=$(cut -d'|' -f3 <<<"$line")
         figures "$tests" >"$page.new.figures"
         new=$(join <"$page.new.figures")

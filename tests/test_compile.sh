@@ -29,6 +29,12 @@ two_files() {
     gcc -std=c99 $house $exact -I. tests/compile/first.c tests/compile/second.c -o "$work/two" -lm && "$work/two"
 }
 
+# Names that <windows.h> and others define as macros.
+no_common_name() { $1 -x "$2" -Wall -Wextra -Wpedantic -Werror -I. -fsyntax-only tests/compile/windows.c; }
+
+# What other people's builds say of all of the interface: nothing, also where loops have a single turn.
+no_warning() { $1 -std=c99 -Wall -Wextra -Werror -O2 -DSSS_LANES=1 -I. -c tests/bits.c -o "$work/bits.o"; }
+
 # Neither -O0 nor -O2 leaves a symbol of the header in an object that does not use it.
 exports_nothing() {
     local compiler=$1 level
@@ -53,8 +59,8 @@ calls_only_sqrtf() {
     done
 }
 
-# bits_of COMPILER FLAGS...: the checksum, or nothing.
-bits_of() { "$@" -I. tests/bits.c -o "$work/bits" -lm && "$work/bits"; }
+# bits_of COMPILER FLAGS...: the checksum, or nothing. Linked without the flags: fast math would flush denormals.
+bits_of() { "$@" -I. -c tests/bits.c -o "$work/bits.o" && $1 "$work/bits.o" -o "$work/bits" -lm && "$work/bits"; }
 
 same_bits() {
     local bits
@@ -120,7 +126,7 @@ bare() {
 header_refuses() {
     if "$@" -I. -c tests/compile/alone.c -o "$work/alone.o" 2>"$work/error"; then return 1; fi
     cat "$work/error"
-    grep -q 'error.*sss_resample.h needs IEEE arithmetic' "$work/error"
+    grep -q 'error.*sss_resample.h needs \(IEEE\|float\) arithmetic' "$work/error"
 }
 
 check_refusals() { # COMPILERS FLAGS
@@ -172,15 +178,22 @@ check_objects() {
 check_languages "gcc clang" c c99
 check_languages "g++ clang++" c++ c++11
 check "two files of one program" two_files
+check "common names may be macros, C" no_common_name gcc c
+check "common names may be macros, C++" no_common_name g++ c++
+for compiler in gcc clang; do
+    if have $compiler; then check "no warning with one lane, $compiler" no_warning $compiler
+    else skip "no warning with one lane, $compiler" "there is no $compiler"; fi
+done
 check_objects gcc
 check "gcc -O0 computes: $reference" grep -qE '^[0-9a-f]{8} over [0-9]{6,} numbers$' <<<"$reference"
 check_bits <<END
 gcc c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math
 gcc c -std=c99 -O2 -DSSS_LANES=1
 clang c -std=c99 -O2
+clang c -std=c99 -O3 -march=native -ffast-math -fno-finite-math-only
 clang++ c++ -std=c++11 -O3 -march=native
 END
-check_refusals gcc -ffast-math
+check_refusals gcc "-ffast-math -freciprocal-math"
 check_opencl CL1.2
 check "the example of README.md" readme_compiles
 
@@ -201,6 +214,10 @@ clang c -std=c99 -O2 -fno-math-errno -fno-trapping-math
 clang c -std=c99 -O3
 clang c -std=c99 -O3 -march=native
 clang c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math
+clang c -std=c99 -O3 -march=native -funsafe-math-optimizations
+clang c -std=c99 -O3 -march=native -fassociative-math -fno-signed-zeros -fno-trapping-math
+clang c -std=c99 -O3 -march=native -freciprocal-math
+clang c -std=c99 -O3 -march=native -fapprox-func -fno-honor-nans
 g++ c++ -std=c++11 -O0
 g++ c++ -std=c++11 -O3 -march=native
 clang++ c++ -std=c++11 -O0

@@ -163,12 +163,23 @@ static void radii_follow_their_density_to_the_ends(void **state) {
     print_message("    10 distributions of 400000 radii, worst sqrt(n) D %.2f, limit 2.60\n", worst);
 }
 
-/* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a cylinder or more ---- */
+/* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a cylinder or more. They end a
+   shell of at most 2^-16 of r_max before it, so that at their rounded ends there is an intensity yet. ---- */
 static double distance_from(sss_vec3 x, const sss_probe *p, double t) {
     return st_length(st_sum(st_sum(st_double(p->origin), st_double(p->direction), t), st_double(x), -1.0));
 }
 static float intensity_on(const sss_resampler *s, const sss_probe *p, double t) {
     return sss_intensity(s, st_float(st_sum(st_double(p->origin), st_double(p->direction), t)), p->direction);
+}
+static void check_end(const char *name, const sss_resampler *s, const sss_probe *p, double t, double inwards,
+                      double r_max, sss_vec3 x) {
+    double distance = distance_from(x, p, t) / r_max;
+
+    check_at_most(name, distance, 1.0);
+    check_at_least(name, distance, 1.0 - ldexp(1.0, -16) - 1e-6);
+    assert_true(intensity_on(s, p, t) > 0.0f);
+    assert_true(intensity_on(s, p, t + inwards) > 0.0f);
+    assert_true(intensity_on(s, p, t - inwards) == 0.0f);
 }
 static void probes_and_density_end_at_the_same_ball(void **state) {
     static const unsigned techniques[] = {SSS_DISK, SSS_DISK_TANGENTS, SSS_SPHERE};
@@ -182,7 +193,7 @@ static void probes_and_density_end_at_the_same_ball(void **state) {
                            : k == 1 ? burley(0.8f, 0.01f, 1.0f, 0.1f)
                                     : dipole(1, 0.1, 0.9, 1.4f);
             const sss_plan plan = {8, 1, techniques[t], 0, 0, 0};
-            double r_max = (double)m.r_max, near_by = 1e-4 * r_max;
+            double r_max = (double)m.r_max, near_by = 1e-3 * r_max;
             for (seed = 0; seed < 2000u; ++seed) {
                 sss_resampler s;
                 sss_probe p;
@@ -190,10 +201,8 @@ static void probes_and_density_end_at_the_same_ball(void **state) {
                 for (; sss_next_probe(&s, &p); ++probes) {
                     double end = (double)p.length;
                     if (end < 100.0 * near_by) continue; /* at the rim the ends are ill defined */
-                    check_relative("where a probe begins, over r_max", distance_from(x, &p, 0.0), r_max, 1e-5);
-                    check_relative("where it ends", distance_from(x, &p, end), r_max, 1e-5);
-                    assert_true(intensity_on(&s, &p, near_by) > 0.0f && intensity_on(&s, &p, end - near_by) > 0.0f);
-                    assert_true(intensity_on(&s, &p, -near_by) == 0.0f && intensity_on(&s, &p, end + near_by) == 0.0f);
+                    check_end("where a probe begins, over r_max", &s, &p, 0.0, near_by, r_max, x);
+                    check_end("where it ends", &s, &p, end, -near_by, r_max, x);
                 }
             }
         }
@@ -227,58 +236,6 @@ static void bodies_smaller_than_the_depth(void **state) {
             check_z(name, got[1].mean, st_error(&got[1]), truth, 2e-5 * truth, Z_LIMIT);
             if (t == 0 && i == 0) check_at_most("relative variance of the default", relative_variance(&got[1]), 5.0);
         }
-}
-
-/* ---- What the plan's advice costs ---- */
-
-/* Where it says Lambert, all but 1e-4 of the light of each channel leaves within the pixel: there is no seam. */
-static void lambert_advice_leaves_no_seam(void **state) {
-    double lost = 0.0;
-    int i, k, c, turned = 0;
-    (void)state;
-    for (i = 0; i < 3; ++i) {
-        sss_medium m = i == 0   ? burley(0.8f, 1.0f, 1.0f, 1.0f)
-                       : i == 1 ? burley(0.5f, 10.0f, 0.1f, 0.001f)
-                                : dipole(0, 0.1, 0.9, 1.4f);
-        int before = 0;
-        for (k = 0; k <= 6000; ++k) {
-            sss_need need = {0.0f, 0.0f, 0.0f};
-            unsigned advice = 0;
-            need.footprint = m.length[0] * (float)pow(10.0, -3.0 + k / 1000.0);
-            (void)sss_plan_for(&m, &need, &advice);
-            assert_true((advice & SSS_ADVICE_LAMBERT) || !before);
-            if (!(advice & SSS_ADVICE_LAMBERT)) continue;
-            turned += !before;
-            before = 1;
-            for (c = 0; c < 3; ++c)
-                lost = fmax(lost, 1.0 - (double)sss_within(&m, c, need.footprint) / (double)m.albedo[c]);
-        }
-    }
-    check_equal("media that turn to Lambert below a footprint of 1000 lengths", turned, 3);
-    print_message("    light that Lambert brings back into the pixel: %.3g\n", lost);
-    check_at_most("light that Lambert brings back into the pixel", lost, 1e-4 + 4.0 * EPSILON);
-}
-/* A sphere of radius R loses the tail beyond 2 R, exactly; a walk lets out of it A and a part of the rest, by a fit that
-   test_chart.sh holds against walks. The advice is to use a volume where the former is below 0.8 of the latter. */
-static void volume_advice_where_a_fifth_is_lost(void **state) {
-    sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
-    int k, volumes = 0;
-    (void)state;
-    for (k = 0; k <= 4000; ++k) {
-        st_fixture f = st_standard(ST_SPHERE, st_stay());
-        sss_need need = {0.0f, 0.0f, 0.0f};
-        unsigned advice = 0;
-        double kept, walk;
-        f.size = pow(10.0, -2.0 + k / 1000.0);
-        need.curvature_radius = (float)f.size;
-        kept = 0.8 * st_closed_form(&f);
-        walk = 0.8 + 0.2 / (1.0 + 0.7 * pow(f.size / st_burley_s(0.8), 1.5));
-        (void)sss_plan_for(&m, &need, &advice);
-        if (fabs(kept / walk - 0.8) < 1e-5) continue;
-        check_equal("advice for a volume", (advice & SSS_ADVICE_VOLUME) != 0, kept < 0.8 * walk);
-        volumes += kept < 0.8 * walk;
-    }
-    assert_in_range(volumes, 1000, 3000);
 }
 
 /* ---- Light that vanishes: on the half plane x > 0 there is nine times the light ---- */
@@ -368,7 +325,7 @@ static void sums_of_many_weights_are_kept(void **state) {
     }
 }
 
-/* The pick's largest number, 1 - 2^-24, by seeds that were searched for it: the only hit is held whatever it weighs. */
+/* The pick's numbers next to 0 and 1, by seeds that were searched for them: the only hit is held whatever it weighs. */
 static void the_first_hit_is_always_held(void **state) {
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     const sss_plan plan = {1, 1, SSS_CHORD | SSS_DISK, 0, 0, 0};
@@ -377,7 +334,9 @@ static void the_first_hit_is_always_held(void **state) {
     int found = 0, i, held = 0;
     (void)state;
     for (seed = 0; found < 20; ++seed) {
-        if (sss_hash(seed, 0x70000000u) < 0xfffffe00u) continue;
+        uint32_t bits = sss_hash(sss_hash(seed, 0u), 0x70000000u);
+
+        if (bits + 0x4000u > 0x8000u) continue;
         ++found;
         for (i = 0; i < 20000; ++i) {
             sss_resampler s;
@@ -403,8 +362,6 @@ int main(void) {
         cmocka_unit_test(radii_follow_their_density_to_the_ends),
         cmocka_unit_test(probes_and_density_end_at_the_same_ball),
         cmocka_unit_test(bodies_smaller_than_the_depth),
-        cmocka_unit_test(lambert_advice_leaves_no_seam),
-        cmocka_unit_test(volume_advice_where_a_fifth_is_lost),
         cmocka_unit_test(hints_of_zero_drop_their_light_and_no_other),
         cmocka_unit_test(colour_noise_falls_with_exits),
         cmocka_unit_test(sums_of_many_weights_are_kept),

@@ -188,7 +188,7 @@ static void check_config(const config *k, uint32_t name) {
     static st_stat stats[BLOCKS][PLACES];
     st_fixture surfaces[2];
     sss_medium m;
-    sss_plan plan;
+    sss_plan plan = {0, 0, 0u, 0, 0, 0};
     sss_resampler s;
     sss_vec3 x, n;
     double expected[PLACES];

@@ -31,15 +31,15 @@ static double seconds(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-// ---- Mathematics, one text for both sides: SHARED compiles it here and keeps it as a string for the device.
+// ---- One text for both sides: SHARED compiles it here and keeps it as a string for the device.
 
-#define SHARED(...)                                                                                                    \
-    __VA_ARGS__                                                                                                        \
-    static const char shared_text[] = #__VA_ARGS__;
+#define SHARED(name, ...) \
+    __VA_ARGS__           \
+    static const char name[] = #__VA_ARGS__;
 
 // `which` names a function; arguments outside its domain become 1. (normalize and frame take a vector made of one.)
 // clang-format off
-SHARED(
+SHARED(math_text,
 static inline float math_domain(float x, float low, float high) { return x >= low && x <= high ? x : 1.0f; }
 static inline sss_vec3 math_vector(float x) {
     return sssi_vec3(x, sssi_unit(sss_hash(sssi_bits(x), 1u)) - 0.5f, sssi_unit(sss_hash(sssi_bits(x), 2u)) - 0.5f);
@@ -76,9 +76,62 @@ enum { MATH_FUNCTIONS = 16 };
 static const char *const math_name[MATH_FUNCTIONS] = {
     "exp", "expm1", "(1 - e^-t) / t", "log", "sin", "cos", "sqrt", "1 / x", "Burley's radius", "Burley's chord",
     "a pole's radius", "a pole's chord", "Burley's profile", "normalize", "frame", "hash"};
+
+// A whole lookup, of a sample, with all that an exit tells, and the shares of one exit by halves: the sum of the
+// entries' densities in order, then each entry's weights.
+SHARED(whole_text,
+static inline int whole_lookup(const SCENE_SPACE scene *s, sss_plan plan, int aware, uint32_t sample, sss_vec3 position,
+                               sss_vec3 normal, uint32_t seed, sss_exit *exits) {
+    sss_medium medium = s->medium;
+    sss_resampler resampler;
+    sss_probe probe;
+    scene_hits hits;
+    int i;
+    sss_begin_sample(&resampler, &medium, &plan, position, normal, seed, sample);
+    while (sss_next_probe(&resampler, &probe)) {
+        scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
+        for (i = 0; i < hits.count; ++i) {
+            sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
+            sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
+            sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
+        }
+    }
+    return sss_finish(&resampler, exits);
+}
+static inline float share_sum(sss_medium m, const SCENE_SPACE sss_vec3 *group, int count, sss_exit exit) {
+    float sum = 0.0f;
+    int i;
+    for (i = 0; i < count; ++i) sum += sss_share_density(&m, group[i], &exit);
+    return sum;
+}
+static inline sss_vec3 share_of(sss_medium m, sss_vec3 entry, sss_exit exit, float sum) {
+    float weight[3];
+    sss_share_weight(&m, entry, &exit, sum, weight);
+    return scene_vec(weight[0], weight[1], weight[2]);
+}
+)
 // clang-format on
 
-static const char more_text[] = "__kernel void math(int which, uint first, uint step, __global uint *out) {\n"
+static const char kernels_text[] =
+    "__kernel void whole_lookups(uint entries, uint room, __global const sss_vec3 *positions,\n"
+    "        __global const sss_vec3 *normals, __global const uint *seeds, __global int *counts,\n"
+    "        __global sss_exit *exits, __global const scene *s, sss_plan plan, int aware, uint sample) {\n"
+    "    uint i = (uint)get_global_id(0);\n"
+    "    sss_exit mine[SSS_MAX_EXITS];\n"
+    "    if (i >= entries) return;\n"
+    "    counts[i] = whole_lookup(s, plan, aware, sample, positions[i], normals[i], seeds[i], mine);\n"
+    "    for (int k = 0; k < counts[i]; ++k) exits[i * room + (uint)k] = mine[k];\n"
+    "}\n"
+    "__kernel void shares(uint exits, int count, __global const scene *s, __global const sss_vec3 *group,\n"
+    "        __global const sss_exit *exit, __global sss_vec3 *weight) {\n"
+    "    uint i = (uint)get_global_id(0);\n"
+    "    if (i >= exits) return;\n"
+    "    float sum = share_sum(s->medium, group, count, exit[i]);\n"
+    "    for (int j = 0; j < count; ++j) weight[i * (uint)count + (uint)j] =\n"
+    "        share_of(s->medium, group[j], exit[i], sum);\n"
+    "}\n";
+
+static const char math_kernel_text[] = "__kernel void math(int which, uint first, uint step, __global uint *out) {\n"
                                 "    uint i = (uint)get_global_id(0);\n"
                                 "    out[i] = sssi_bits(math_of(which, sssi_float(first + i * step)));\n"
                                 "}\n";
@@ -95,13 +148,15 @@ static void place_cache(void) {
 
 static int open_device(void **state) {
     char *text;
-    size_t size = sizeof shared_text + sizeof more_text + sizeof layout_source + 2u;
+    size_t size = sizeof math_text + sizeof math_kernel_text + sizeof whole_text + sizeof kernels_text +
+                  sizeof layout_source + 5u;
     double start = seconds();
     (void)state;
     place_cache();
     text = (char *)malloc(size);
     if (!text) return -1;
-    snprintf(text, size, "%s\n%s\n%s", shared_text, more_text, (const char *)layout_source);
+    snprintf(text, size, "%s\n%s\n%s\n%s\n%s", math_text, math_kernel_text, whole_text, kernels_text,
+             (const char *)layout_source);
     opened = tracer_cl_open(&tracer, "opencl", text);
     free(text);
     if (opened == SSS_CL_OK)
@@ -492,7 +547,7 @@ static void test_odd_lookups(void **state) {
             memset(&settings, 0, sizeof settings);
             settings.method = TRACER_RESAMPLED;
             settings.light_aware = k % 2;
-            settings.plan.techniques = (unsigned)k; // 16 and 17 are unknown
+            settings.plan.techniques = (unsigned)k; // 16 is the walk, 17 no plan
             settings.plan.exits = k % (SSS_MAX_EXITS + 2);
             settings.plan.candidates = k == 7 ? -1 : k == 9 ? SSS_MAX_CANDIDATES + 1 : k;
             make_entries(&s, (uint32_t)(1000 * which + k), small ? 12 : SMALL_BATCH, &cpu);
@@ -502,6 +557,176 @@ static void test_odd_lookups(void **state) {
     }
     device->unified = unified;
     report_lookups(&sum);
+}
+
+// ---- Whole lookups: walks, exits by channel, samples, Lambert; with hit and mass
+
+typedef struct whole_case {
+    sss_plan plan;
+    int aware;
+    cl_uint sample;
+} whole_case;
+
+static void compare_whole(cl_kernel kernel, const scene *s, const whole_case *k, batch *cpu, batch *cl, lookups *sum) {
+    sss_cl_batch all;
+    cl_mem on_device = sss_cl_buffer(device, sizeof *s, s);
+    const sss_cl_argument own[] = {{sizeof on_device, &on_device},
+                                   {sizeof k->plan, &k->plan},
+                                   {sizeof k->aware, &k->aware},
+                                   {sizeof k->sample, &k->sample}};
+    int i;
+
+    assert_non_null(on_device);
+    *cl = *cpu;
+    poison_results(cpu);
+    poison_results(cl);
+#pragma omp parallel for schedule(dynamic, 16)
+    for (i = 0; i < cpu->size; ++i) {
+        sss_exit mine[SSS_MAX_EXITS];
+        int e;
+
+        cpu->count[i] =
+            whole_lookup(s, k->plan, k->aware, k->sample, cpu->position[i], cpu->normal[i], cpu->seed[i], mine);
+        for (e = 0; e < cpu->count[i]; ++e) cpu->exit[i * SSS_MAX_EXITS + e] = mine[e];
+    }
+    all.entries = (size_t)cl->size;
+    all.room = SSS_MAX_EXITS;
+    all.positions = cl->position;
+    all.normals = cl->normal;
+    all.seeds = cl->seed;
+    all.counts = cl->count;
+    all.exits = cl->exit;
+    check_call(sss_cl_lookups(device, kernel, &all, own, 4));
+    sss_cl_release(&on_device, 1);
+    for (i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, SSS_MAX_EXITS, sum);
+}
+
+// Plans of the second stage, each with the exits that the other tests of lookups leave out.
+static whole_case whole_of(int number) {
+    static const sss_plan plans[] = {
+        {1, 0, SSS_WALK, 0, 0, 0}, {2, 1, SSS_WALK, 0, 1, 0}, {5, 4, SSS_WALK, 0, 0, 0}, {2, 0, SSS_WALK, 1, 0, 0},
+        {0, 0, SSS_LAMBERT, 0, 0, 0}, {8, 0, 0u, 0, 1, 0},    {3, 1, SSS_CHORD, 0, 1, 0}, {8, 4, 0u, 0, 0, 0},
+        {8, 1, 15u, 1, 1, 0},      {8, 2, 0u, 0, 1, 0}, /* refused */
+    };
+    whole_case k;
+
+    k.plan = plans[number % 10];
+    k.aware = number / 10 % 2;
+    k.sample = number % 3 == 0 ? 0u : (cl_uint)(7 * number);
+    return k;
+}
+enum { WHOLE = 20 };
+
+static void test_whole_lookups(void **state) {
+    enum { MEDIA = SCENES * PROFILES + 11 };
+    static batch cpu, cl;
+    cl_kernel kernel;
+    lookups sum;
+    int which, number;
+
+    (void)state;
+    need_device();
+    kernel = sss_cl_kernel(device, "whole_lookups");
+    assert_non_null(kernel);
+    memset(&sum, 0, sizeof sum);
+    for (which = 0; which < MEDIA; which += small ? 5 : 1) {
+        scene s = load(which % SCENES, which / SCENES % PROFILES);
+
+        if (which >= SCENES * PROFILES) odd_medium(which - SCENES * PROFILES, &s.medium);
+        for (number = which % 3; number < WHOLE; number += small ? 3 : 1) {
+            whole_case k = whole_of(number);
+
+            make_entries(&s, (uint32_t)(7000 + 100 * which + number), small ? 10 : 64, &cpu);
+            compare_whole(kernel, &s, &k, &cpu, &cl, &sum);
+        }
+    }
+    clReleaseKernel(kernel);
+    report_lookups(&sum);
+    check_at_least("exits", (double)sum.exits, small ? 100.0 : 2e4);
+}
+
+// ---- Shares by halves on the device against the whole on the CPU
+
+static void compare_shares(cl_kernel kernel, const scene *s, const batch *b, const sss_exit *exits, int found,
+                           tally *sum) {
+    enum { SCENE, GROUP, EXITS, WEIGHTS, BUFFERS };
+    static sss_vec3 weight[BATCH * 64];
+    static sss_entry group[64];
+    cl_mem on[BUFFERS];
+    cl_uint n = (cl_uint)found;
+    cl_int count = 64;
+    size_t size = (size_t)found * 64u * sizeof *weight;
+    int i, j, c;
+
+    on[SCENE] = sss_cl_buffer(device, sizeof *s, s);
+    on[GROUP] = sss_cl_buffer(device, 64u * sizeof *b->position, b->position);
+    on[EXITS] = sss_cl_buffer(device, (size_t)found * sizeof *exits, exits);
+    on[WEIGHTS] = sss_cl_buffer(device, size, weight);
+    const sss_cl_argument arguments[] = {{sizeof n, &n},
+                                         {sizeof count, &count},
+                                         {sizeof on[0], &on[SCENE]},
+                                         {sizeof on[0], &on[GROUP]},
+                                         {sizeof on[0], &on[EXITS]},
+                                         {sizeof on[0], &on[WEIGHTS]}};
+    assert_true(sss_cl_set(device, kernel, 0, arguments, 6));
+    check_call(sss_cl_run(device, kernel, (size_t)found));
+    assert_true(sss_cl_read(device, on[WEIGHTS], size, weight));
+    sss_cl_release(on, BUFFERS);
+
+    for (i = 0; i < 64; ++i) {
+        group[i].position = b->position[i];
+        group[i].medium = &s->medium;
+    }
+    for (i = 0; i < found; ++i) {
+        float whole[64][3];
+
+        sss_share(&exits[i], group, 64, -1, 0.0f, whole);
+        for (j = 0; j < 64; ++j) {
+            const sss_vec3 *w = &weight[i * 64 + j];
+            float half[3];
+
+            half[0] = w->x;
+            half[1] = w->y;
+            half[2] = w->z;
+            for (c = 0; c < 3; ++c) {
+                if (is_nan(sssi_bits(whole[j][c]))) fail_msg("NaN in a share");
+                compare_bits(sum, sssi_bits(whole[j][c]), sssi_bits(half[c]));
+            }
+        }
+    }
+}
+
+static void test_shares(void **state) {
+    static batch cpu;
+    tally sum = {0, 0, 0, 0.0};
+    cl_kernel kernel;
+    int which, i, e;
+
+    (void)state;
+    need_device();
+    kernel = sss_cl_kernel(device, "shares");
+    assert_non_null(kernel);
+    for (which = 0; which < SCENES * PROFILES + 11; which += small ? 6 : 1) {
+        static sss_exit exits[BATCH];
+        sss_plan plan = {8, 0, 0u, 0, 1, 0};
+        scene s = load(which % SCENES, which / SCENES % PROFILES);
+        int found = 0;
+
+        if (which >= SCENES * PROFILES) odd_medium(which - SCENES * PROFILES, &s.medium);
+        make_entries(&s, (uint32_t)(9000 + which), 64, &cpu);
+        for (i = 0; i < (small ? 8 : 64); ++i) {
+            sss_exit mine[SSS_MAX_EXITS];
+            int count = whole_lookup(&s, plan, 0, 0u, cpu.position[i], cpu.normal[i], cpu.seed[i], mine);
+
+            for (e = 0; e < count; ++e)
+                if (mine[e].mass > 0.0f) exits[found++] = mine[e];
+        }
+        if (found) compare_shares(kernel, &s, &cpu, exits, found, &sum);
+    }
+    clReleaseKernel(kernel);
+    print_message("    %lu of %lu weights differ, worst %.0f ulp\n", sum.different, sum.compared, sum.worst);
+    check_at_most("ulps", sum.worst, device->exact ? 0.0 : LOOSE_ULP);
+    check_at_least("weights", (double)sum.compared, small ? 1e3 : 1e5);
 }
 
 // ---- Pictures
@@ -594,7 +819,7 @@ int main(int count, char **words) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_layouts),     cmocka_unit_test(test_build_failure), cmocka_unit_test(test_device_names),
         cmocka_unit_test(test_mathematics), cmocka_unit_test(test_lookups),       cmocka_unit_test(test_odd_lookups),
-        cmocka_unit_test(test_pictures),
+        cmocka_unit_test(test_whole_lookups), cmocka_unit_test(test_shares), cmocka_unit_test(test_pictures),
     };
     exhaustive = count > 1 && strcmp(words[1], "--long") == 0;
     small = count > 1 && strcmp(words[1], "--small") == 0;

@@ -123,6 +123,35 @@ static void test_avalanche(void **state) {
             check_score("avalanche", ((double)flips[in][out] - TRIES / 2.0) / (0.5 * sqrt((double)TRIES)));
 }
 
+// Numbers with neighbouring names fill the square evenly over seeds: names that differ in a few of their bits, as those
+// of dimensions, of a walk's scatterings and of picks do.
+static void square_of(uint32_t name, uint32_t other) {
+    enum { SIDE = 32, SEEDS = 1 << 19 };
+    static long counts[SIDE * SIDE];
+    char what[80];
+    uint32_t i;
+
+    memset(counts, 0, sizeof counts);
+    for (i = 0; i < SEEDS; ++i) {
+        uint32_t seed = sss_hash(i, 11u);
+
+        ++counts[(sss_hash(seed, name) >> 27) * SIDE + (sss_hash(seed, other) >> 27)];
+    }
+    snprintf(what, sizeof what, "names %#x and %#x", (unsigned)name, (unsigned)other);
+    check_score(what, chi_score(counts, SIDE * SIDE, SEEDS));
+}
+static void test_names_are_independent(void **state) {
+    static const uint32_t bases[] = {0u, (uint32_t)SSSI_CHORD << 10, 0x70000000u};
+    uint32_t a, b;
+    int i;
+
+    (void)state;
+    for (i = 0; i < 3; ++i)
+        for (a = 0; a < 8u; ++a)
+            for (b = a + 1u; b < 8u; ++b) square_of(bases[i] + a, bases[i] + b);
+    for (a = 0; a < 16u; ++a) square_of(0x70000000u + a, 0x78000000u + a);
+}
+
 // One of n classes, each as likely, and what is left is uniform again, and knows nothing of the class.
 static void test_classes(void **state) {
     int n;
@@ -148,29 +177,28 @@ static void test_classes(void **state) {
 // ---- Stratified dimensions
 
 // Number k of the n of a lattice.
-static float number(uint32_t seed, uint32_t name, int k, int n, int prime) {
+static float number(uint32_t seed, uint32_t name, int k, int n, int of) {
     sss_resampler s;
-    sssi_places at;
-    float u[SSS_LANES];
+    sssi_place at;
+
     memset(&s, 0, sizeof s);
     memset(&at, 0, sizeof at);
     s.seed = seed;
-    at.name[0] = name;
-    at.k[0] = (float)k;
-    at.n[0] = (float)n;
-    at.step[0] = 1.0f / (float)n;
-    sssi_draw(&s, 1, &at, prime, u);
-    return u[0];
+    at.name = name;
+    at.k = (float)k;
+    at.n = (float)n;
+    at.step = 1.0f / (float)n;
+    return sssi_number(&s, at, of);
 }
 
 static uint32_t name_of_technique(int technique) { return (uint32_t)technique << 10; }
 static uint32_t name_of_probe(int j) { return (uint32_t)(SSSI_TECHNIQUES + j) << 10; }
 
 // Dimensions 1..9: the seven of a technique and two of another one.
-static const int primes[] = {0,         SSSI_CHANNEL, SSSI_PART,   SSSI_RADIUS, SSSI_TURN,
-                             SSSI_SIDE, SSSI_COSINE,  SSSI_TURN_B, SSSI_RADIUS, SSSI_TURN};
+static const int dimensions[] = {0,         SSSI_CHANNEL, SSSI_PART,   SSSI_RADIUS, SSSI_TURN,
+                                 SSSI_SIDE, SSSI_COSINE,  SSSI_TURN_B, SSSI_RADIUS, SSSI_TURN};
 static float dimension(uint32_t seed, int k, int n, uint32_t dim) {
-    return number(seed, name_of_technique(dim > 7u ? SSSI_CHORD : SSSI_NORMAL), k, n, primes[dim]);
+    return number(seed, name_of_technique(dim > 7u ? SSSI_CHORD : SSSI_NORMAL), k, n, dimensions[dim]);
 }
 
 static int compare_floats(const void *a, const void *b) {
@@ -285,8 +313,8 @@ static void test_independent_probes(void **state) {
         long counts[64] = {0};
         pairs next = {0, 0, 0, 0, 0, 0};
         for (seed = 0; seed < 40000u; ++seed) {
-            float x = number(sss_hash(seed, 8u), name_of_probe(0), 0, 1, primes[dim]),
-                  y = number(sss_hash(seed, 8u), name_of_probe(1), 0, 1, primes[dim]);
+            float x = number(sss_hash(seed, 8u), name_of_probe(0), 0, 1, dimensions[dim]),
+                  y = number(sss_hash(seed, 8u), name_of_probe(1), 0, 1, dimensions[dim]);
             add_pair(&next, x, y);
             ++counts[stratum(x, 64)];
         }
@@ -297,7 +325,7 @@ static void test_independent_probes(void **state) {
 
 // The number that picks a hit, seen through the pick itself: of two hits of equal weight the second is taken
 // in half of the lookups, whatever radius its probe had. A number that served both would show at once.
-static void pick_against_radius(unsigned technique, int t, int prime) {
+static void pick_against_radius(unsigned technique, int t, int of) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
     const sss_vec3 up = {0.0f, 0.0f, 1.0f}, at = {0.3f, 0.0f, 0.0f}, also = {0.0f, 0.3f, 0.0f};
     pairs first = {0, 0, 0, 0, 0, 0}, last = first;
@@ -306,26 +334,24 @@ static void pick_against_radius(unsigned technique, int t, int prime) {
     int independent, k;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
     for (seed = 0; seed < 40000u; ++seed) {
-        sss_plan plan;
+        sss_plan plan = {2, 1, 0u, 0, 0, 0};
         sss_resampler s;
         sss_probe probe;
         sss_exit exits[SSS_MAX_EXITS];
         float u[2];
         independent = (int)(seed % 2u);
-        plan.candidates = 2;
-        plan.exits = 1;
         plan.techniques = technique;
         plan.independent = independent;
         assert_int_equal(sss_begin(&s, &m, &plan, up, up, sss_hash(seed, 4u)), SSS_OK);
         for (k = 0; k < 2; ++k)
-            u[k] = independent ? number(s.seed, name_of_probe(k), 0, 1, prime)
-                               : number(s.seed, name_of_technique(t), k, 2, prime);
+            u[k] = independent ? number(s.seed, name_of_probe(k), 0, 1, of)
+                               : number(s.seed, name_of_technique(t), k, 2, of);
         while (sss_next_probe(&s, &probe)) {
             sss_vec3 p = s.next == 1 ? at : also;
             p.z = 1.0f;
             sss_add_hit(&s, p, up, 1.0f);
         }
-        if (sss_finish(&s, exits) != 1 || s.hits != 2) continue;
+        if (sss_finish(&s, exits) != 1 || s.weighed != 2) continue;
         add_pair(&first, u[0], exits[0].position.y > 0.1f ? 1.0f : 0.0f);
         add_pair(&last, u[1], exits[0].position.y > 0.1f ? 1.0f : 0.0f);
     }
@@ -354,6 +380,7 @@ int main(void) {
         cmocka_unit_test(test_uniform),
         cmocka_unit_test(test_neighbours),
         cmocka_unit_test(test_avalanche),
+        cmocka_unit_test(test_names_are_independent),
         cmocka_unit_test(test_classes),
         cmocka_unit_test(test_strata),
         cmocka_unit_test(test_strata_are_uniform),

@@ -4,10 +4,10 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include <signal.h>
-#include <unistd.h>
 
 #define COMMAND "chart"
 #include "demos/common/command.h"
+#include "demos/common/progress.h"
 #include "rivals.h"
 
 #define CHART_SCENES SCENES_RABBIT // those before it: it is for the picture of the README
@@ -603,24 +603,9 @@ static void write_row(chart_file *f, const char *key, const chart_row *r, const 
 
 // ---- The race
 
-typedef struct chart_progress {
-    double start, printed;
+typedef struct chart_rows {
     int done, total, skipped;
-} chart_progress;
-
-static void show(chart_progress *p, const char *what) {
-    double time = now();
-    int terminal = isatty(STDERR_FILENO), mine = p->done - p->skipped;
-
-    if (time - p->printed < (terminal ? 0.2 : 10.0)) return;
-    p->printed = time;
-    double left = mine > 0 ? (time - p->start) * (p->total - p->done) / mine : 0.0;
-    fprintf(stderr,
-            terminal ? "\r%d of %d rows, %.0f s left: %-24s"
-                     : "chart: %d of %d rows, %.0f s left: %s\n",
-            p->done, p->total, left, what);
-    fflush(stderr);
-}
+} chart_rows;
 
 // How many kinds of a row there are: costs of a plan, tunings of a cloud.
 static int kinds(const chart_method *m) {
@@ -642,7 +627,7 @@ static int next_setting(const chart_method *m, int setting) {
 
 // All rows of one world. Without one they are counted, and 1 says that some are missing.
 static int race(chart_file *f, chart_world *w, const chart_settings *settings, int scene_index,
-                int size, chart_progress *p) {
+                int size, chart_rows *rows, progress *p) {
     int missing = 0;
 
     for (int k = 0; k < CHART_METHODS; k++) {
@@ -658,15 +643,15 @@ static int race(chart_file *f, chart_world *w, const chart_settings *settings, i
                 int known = is_known(f, key);
                 missing += !known;
                 if (!w) {
-                    p->total++;
-                    p->skipped += known;
+                    rows->total++;
+                    rows->skipped += known;
                 } else if (!known) {
                     chart_row row = m->kind == CHART_CLOUD
                                         ? measure_cloud(w, settings, setting, kind)
                                         : measure_lookups(w, settings, m, setting, kind);
                     write_row(f, key, &row, w);
-                    p->done++;
-                    show(p, m->name);
+                    rows->done++;
+                    progress_show(p, rows->done - rows->skipped);
                 }
             }
         }
@@ -701,27 +686,27 @@ int main(int argc, char **argv) {
     const char *path;
     const chart_settings *settings = parse(argc, argv, &path);
     chart_file f;
-    chart_progress p = {0.0, 0.0, 0, 0, 0};
+    chart_rows rows = {0, 0, 0};
+    progress p;
     int missing[CHART_SCENES * 3];
 
     open_file(&f, path, settings);
     signal(SIGINT, interrupt);
     for (int i = 0; i < CHART_SCENES * settings->sizes; i++)
-        missing[i] = race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES, &p);
-    p.done = p.skipped;
-    p.start = now();
+        missing[i] = race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES, &rows, NULL);
+    rows.done = rows.skipped;
+    progress_begin(&p, "rows", rows.total - rows.skipped);
     for (int i = 0; i < CHART_SCENES * settings->sizes && !interrupted; i++) {
         if (!missing[i]) continue;
-        show(&p, "the truth");
         make_world(&w, settings, i % CHART_SCENES, chart_sizes[i / CHART_SCENES]);
-        race(&f, &w, settings, i % CHART_SCENES, i / CHART_SCENES, &p);
+        race(&f, &w, settings, i % CHART_SCENES, i / CHART_SCENES, &rows, &p);
         cloud_free(&w.world.cloud);
     }
 
-    if (isatty(STDERR_FILENO)) fputc('\n', stderr);
+    progress_end(&p);
     free(f.key);
     if (fclose(f.file) != 0) fail(1, "cannot write %s: %s", path, strerror(errno));
     if (interrupted)
-        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", p.done, p.total, path);
+        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total, path);
     return interrupted ? 130 : 0;
 }
