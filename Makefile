@@ -38,7 +38,7 @@ PYTHON   ?= /usr/bin/python3
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
-    mix tile chart model-error failures bench tutorial install clean
+    mix tile chart which-model model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
@@ -54,6 +54,7 @@ help:
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
 	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (15 minutes)'
+	@echo 'make which-model   the map of models that sss_plan_for chooses from, drawn'
 	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
 	@echo 'make bench         what a candidate costs; lookups a second on the CPU and on an OpenCL device'
@@ -117,6 +118,9 @@ build/test_mesh: tests/test_mesh.c tests/sss_test.h $(COMMON) | build
 build/test_opencl: tests/test_opencl.c tests/sss_test.h tests/layout.h $(COMMON) $(CL) build/layout_source.h
 	$(TEST_C) $< $(CL_C) -o $@ -lOpenCL -lcmocka -lm
 
+build/test_tiles: tests/test_tiles.c tests/sss_test.h $(COMMON) | build
+	$(TEST_C) $< -o $@ -lcmocka -lm
+
 build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
@@ -142,8 +146,8 @@ demo: build/render build/noise
 	build/render --compare --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: build/render build/exit_points failures
-	cp build/failures.png demos/study/
+pictures: build/render build/exit_points failures which-model
+	cp build/failures.png build/failures-four.png demos/study/
 	build/render --compare --png demos/bear.png
 	build/exit_points --headless --png demos/exit_points.png
 
@@ -174,6 +178,11 @@ chart: build/chart build/model
 	build/model tests/data/mc_searchlight.csv build/chart
 	$(PYTHON) demos/study/chart.py build/chart.csv build/chart-model.dat build/chart
 	cp build/chart.csv build/chart.md build/chart-caption.md $(CHARTS:%=build/chart-%.png) demos/study/
+
+which-model: build/which_model
+	build/which_model >build/which_model.dat
+	gnuplot -e "out='build/which_model'" demos/study/which_model.gp
+	cp build/which_model.png demos/study/
 
 failures: build/failures
 	build/failures build/failures >build/failures.csv

@@ -18,8 +18,9 @@ static const char usage[] =
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
     "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
-    "  --method NAME      resampled (default), plain (one probe a lookup, three axes), reference "
-    "(brute force)\n"
+    "  --method NAME      resampled (default), shared (exits serve a tile of pixels), plain (one probe a "
+    "lookup,\n"
+    "                     three axes), reference (brute force)\n"
     "  --profile NAME     burley (default), dipole, better-dipole\n"
     "  --spp N            samples a pixel (16)\n"
     "  --size WxH         picture size in pixels (360x400)\n"
@@ -28,10 +29,14 @@ static const char usage[] =
     "--merge\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "\n"
-    "for --method resampled:\n"
-    "  --candidates M     probes a lookup (8)\n"
+    "for --method resampled and shared:\n"
+    "  --model NAME       profile (default), volume (random walks), lambert; auto chooses for each lookup\n"
+    "  --tolerance E      with --model auto: the relative error of the model that is good enough (0.1)\n"
+    "  --candidates M     probes a lookup (8; as the plan advises where exits are shared), or walks (2)\n"
     "  --exits N          exits a lookup (1)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord; default: the library's mix\n"
+    "  --per-channel      every colour picks its own exit\n"
+    "  --share N          shared: the side of the tiles in pixels, 0 to 8 (0: none; default: what the plan advises)\n"
     "  --independent      draw every candidate anew, not stratified\n"
     "  --light-aware      tell the library a guess of the light at each candidate\n"
     "\n"
@@ -51,8 +56,9 @@ static const char usage[] =
 
 typedef struct options {
     int scene;
-    const char *method, *profile;
+    const char *method, *profile, *model;
     tracer_settings settings;
+    int share; // the side of a tile; below 0: as the plan advises
     int spp, compare, merge_count;
     uint32_t first_sample;
     const char *png, *pfm, *stats, *against, *device;
@@ -81,6 +87,9 @@ static int parse_flag(options *o, const char *name) {
     if (strcmp(name, "--independent") == 0) {
         o->settings.plan.independent = 1;
         o->resampling = name;
+    } else if (strcmp(name, "--per-channel") == 0) {
+        o->settings.plan.per_channel = 1;
+        o->resampling = name;
     } else if (strcmp(name, "--light-aware") == 0) {
         o->settings.light_aware = 1;
         o->resampling = name;
@@ -107,6 +116,12 @@ static int parse_resampling(options *o, const char *name, const char *value) {
         plan->exits = (int)parse_number(name, value, 1, SSS_MAX_EXITS);
     } else if (is_option("--techniques", name, value)) {
         plan->techniques = parse_techniques(value);
+    } else if (is_option("--model", name, value)) {
+        o->model = parse_word(name, value, "auto lambert profile volume");
+    } else if (is_option("--tolerance", name, value)) {
+        o->settings.tolerance = (float)parse_real(name, value, 1e-3, 10.0);
+    } else if (is_option("--share", name, value)) {
+        o->share = (int)parse_number(name, value, 0, TRACER_MAX_TILE);
     } else {
         return 0;
     }
@@ -133,7 +148,7 @@ static int parse_value(options *o, const char *name, const char *value) {
     if (is_option("--scene", name, value)) {
         o->scene = parse_scene(name, value);
     } else if (is_option("--method", name, value)) {
-        o->method = parse_word(name, value, "resampled plain reference");
+        o->method = parse_word(name, value, "resampled shared plain reference");
     } else if (is_option("--profile", name, value)) {
         o->profile = parse_word(name, value, "burley dipole better-dipole");
     } else if (is_option("--spp", name, value)) {
@@ -173,8 +188,44 @@ static void check_merge(options *o) {
     if (!o->pfm && !o->png) fail(2, "--merge wants --pfm or --png, to know where the picture goes");
 }
 
+static int is_model(const options *o, const char *name) { return strcmp(o->model, name) == 0; }
+
+// The model, and what goes with which.
+static void check_model(options *o) {
+    sss_plan *plan = &o->settings.plan;
+    int profile = is_model(o, "profile") || is_model(o, "auto");
+    if (plan->techniques && !is_model(o, "profile")) fail(2, "--techniques are of --model profile");
+    if (plan->per_channel && plan->exits > 1) fail(2, "--per-channel is in place of --exits");
+    if (is_model(o, "volume")) {
+        plan->techniques = SSS_WALK;
+        if (!plan->candidates) plan->candidates = 2;
+    }
+    if (is_model(o, "lambert")) plan->techniques = SSS_LAMBERT;
+
+    if (!is_model(o, "auto") && o->settings.tolerance > 0.0f) fail(2, "--tolerance is of --model auto");
+    if (is_model(o, "auto") && !(o->settings.tolerance > 0.0f)) o->settings.tolerance = 0.1f;
+    if (strcmp(o->method, "shared") != 0) {
+        if (o->share > 1 && !o->compare) fail(2, "--share is of --method shared");
+        return;
+    }
+    if (!profile) fail(2, "--method shared wants --model profile or auto: the exits of others serve nobody");
+    if (!tracer_may_share(o->settings, *plan)) fail(2, "--method shared wants chord among the --techniques");
+}
+
+// The tile, and what else the plan advises for it and the user leaves open.
+static void set_sharing(const options *o, const scene *s, tracer_settings *settings) {
+    sss_vec3 middle = s->shape[0].center;
+    float footprint = tracer_footprint(s, *settings, middle);
+    sss_plan advice = tracer_sharing(&s->medium, footprint, settings->light_aware);
+    settings->plan.tile = o->share >= 0 ? o->share : advice.tile;
+    if (!settings->plan.candidates) settings->plan.candidates = advice.candidates;
+    if (!settings->plan.exits) settings->plan.per_channel |= advice.per_channel;
+}
+
 static void parse(options *o, int count, char **words) {
     memset(o, 0, sizeof *o);
+    o->model = "profile";
+    o->share = -1;
     o->scene = SCENES_BEAR;
     o->profile = "burley";
     o->device = "cpu";
@@ -200,7 +251,8 @@ static void parse(options *o, int count, char **words) {
         fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm, --against or "
                 "--first-sample");
     }
-    if (!o->method) o->method = "resampled";
+    if (!o->method) o->method = o->share > 1 && !o->compare ? "shared" : "resampled";
+    check_model(o);
     o->settings.method = strcmp(o->method, "plain") == 0       ? TRACER_PLAIN
                          : strcmp(o->method, "reference") == 0 ? TRACER_REFERENCE
                                                                : TRACER_RESAMPLED;
@@ -443,8 +495,10 @@ static int write_picture(const options *o, const image *picture, const char *not
 
 static int write_outputs(const options *o, const run *r) {
     char note[NOTE_LINE];
+    char model[32];
+    snprintf(model, sizeof model, is_model(o, "profile") ? "%s" : "%s %s", o->profile, o->model);
     note_samples(note, r->first, (unsigned long long)r->spp, r->settings.seed,
-                 scenes_known[o->scene].name, o->profile);
+                 scenes_known[o->scene].name, model);
     int failed = write_picture(o, &r->picture, note);
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, r, 1));
     return failed;
@@ -462,6 +516,7 @@ static int render_one(const options *o) {
     r.spp = o->spp;
     r.relative_mse = -1.0;
     load_scene(&s, o->scene, o->profile, 1.0f);
+    if (strcmp(o->method, "shared") == 0) set_sharing(o, &s, &r.settings);
     if (o->against) against = load_against(o);
     progress p;
     progress_begin(&p, scenes_known[o->scene].name, r.spp);
@@ -535,9 +590,9 @@ static int merge(const options *o) {
     return failed;
 }
 
-// ---- Three pictures at the same number of shaded points
+// ---- Three pictures at the same number of shaded points, and one in the time of the third
 
-enum { PLAIN, RESAMPLED, AWARE, RUNS };
+enum { PLAIN, RESAMPLED, AWARE, SHARED, RUNS };
 
 // A plain probe that misses shades nothing, so plain gets more samples: as many as shade what the resampled
 // picture did.
@@ -550,6 +605,20 @@ static int plain_spp(const scene *s, const run *plain, const run *resampled, pro
     free(scrap.rgb);
     if (!pilot.shaded) return resampled->spp;
     int spp = (int)((double)resampled->work.shaded / (double)pilot.shaded + 0.5);
+    return spp < 1 ? 1 : spp;
+}
+
+// As many samples as take the time of the other's.
+static int shared_spp(const scene *s, const run *shared, const run *other, progress *p) {
+    device_work pilot = {0, 0};
+    image scrap = new_image(&shared->settings);
+    tracer_settings settings = shared->settings;
+    settings.seed ^= 0x70696c6fu;
+    double start = now();
+    render_samples(s, &settings, &scrap, 0, 2, &pilot, p, 0.0);
+    double each = 0.5 * (now() - start);
+    free(scrap.rgb);
+    int spp = (int)(other->seconds / each + 0.5);
     return spp < 1 ? 1 : spp;
 }
 
@@ -593,7 +662,8 @@ static void compare_run(const scene *s, run *r, int spp, progress *p, const char
 
 static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i,
                             int measured, int left, int top) {
-    static const char *const title[RUNS] = {"plain", "resampled", "resampled + light"};
+    static const char *const title[RUNS] = {"plain", "resampled", "resampled + light",
+                                            "shared + light"};
     char line[160];
     const run *r = &runs[i];
     image_text(sheet, font, title[i], 24.0f, left, top + 22, 20);
@@ -601,9 +671,9 @@ static void compare_caption(image_bytes *sheet, const image_font *font, const ru
         snprintf(line, sizeof line, "stopped before %s",
                  r->spp ? "its error was measured" : "it was rendered");
     } else if (i == PLAIN) {
-        snprintf(line, sizeof line, "relative MSE %.3f", r->relative_mse);
+        snprintf(line, sizeof line, "relative MSE %.4f", r->relative_mse);
     } else {
-        snprintf(line, sizeof line, "relative MSE %.3f, %.1f times less", r->relative_mse,
+        snprintf(line, sizeof line, "relative MSE %.4f, %.1f times less", r->relative_mse,
                  runs[PLAIN].relative_mse / r->relative_mse);
     }
     image_text(sheet, font, line, 18.0f, left, top + 46, 20);
@@ -626,13 +696,17 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
         if (runs[i].spp) image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
         compare_caption(&sheet, font, runs, i, reference_spp > 0, left, height + margin + 6);
     }
-    char line[240];
+    char line[400];
+    const sss_plan *shared = &runs[SHARED].settings.plan;
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe for each exit, the others %d. %s",
+             "Scene %s, profile %s. Plain traces one probe a lookup, resampling %d, sharing %d and its "
+             "exits serve %d x %d pixels. %s",
              scenes_known[o->scene].name, o->profile,
              o->settings.plan.candidates ? o->settings.plan.candidates : 8,
+             shared->candidates ? shared->candidates : 8, shared->tile, shared->tile,
              interrupted() ? "Stopped early: the panels may shade different numbers of points."
-                           : "All shade as many points as whole samples a pixel (spp) allow.");
+                           : "The first three shade as many points as whole samples a pixel (spp) "
+                              "allow, the last had the time of the third.");
     image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);
     snprintf(line, sizeof line,
              "Relative MSE: sum (a - r1)(a - r2) / sum r1 r2 over the object's pixels, r1 and r2 two "
@@ -647,7 +721,7 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
 }
 
 static int compare(const options *o) {
-    static const char *const method[RUNS] = {"plain", "resampled", "resampled, light-aware"};
+    static const char *const method[RUNS] = {"plain", "resampled", "resampled, light-aware", "shared, light-aware"};
     double start = now();
     image_font font;
     const char *wrong = image_font_open(&font);
@@ -660,14 +734,18 @@ static int compare(const options *o) {
         runs[i].method = method[i];
         runs[i].settings = o->settings;
         runs[i].settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
-        runs[i].settings.light_aware = i == AWARE;
+        runs[i].settings.light_aware = i == AWARE || i == SHARED;
         runs[i].relative_mse = -1.0;
     }
+    set_sharing(o, &s, &runs[SHARED].settings);
     progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
-    progress_begin(&p, "plain", o->spp * (3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
+    progress_begin(&p, "plain", o->spp * (3.0 + 3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
     compare_run(&s, &runs[RESAMPLED], o->spp, &p, "resampled", 3.0);
     compare_run(&s, &runs[AWARE], o->spp, &p, "resampled + light", 3.0);
-    int spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
+    p.label = "shared + light";
+    int spp = interrupted() ? 0 : shared_spp(&s, &runs[SHARED], &runs[AWARE], &p);
+    compare_run(&s, &runs[SHARED], spp, &p, "shared + light", 3.0);
+    spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
     compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
     int reference_spp =
         interrupted() ? 0 : measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);

@@ -35,7 +35,8 @@
     FIELD(scene, sky_horizon) FIELD(scene, sky_zenith) FIELD(scene, floor_albedo) FIELD(scene, floor_lit)    \
     FIELD(scene, eye) FIELD(scene, right) FIELD(scene, up) FIELD(scene, forward)                             \
     SIZE(tracer_settings) FIELD(tracer_settings, method) FIELD(tracer_settings, light_aware)                 \
-    FIELD(tracer_settings, plan) FIELD(tracer_settings, width) FIELD(tracer_settings, height)                \
+    FIELD(tracer_settings, plan) FIELD(tracer_settings, tolerance) FIELD(tracer_settings, width)             \
+    FIELD(tracer_settings, height)                                                                           \
     FIELD(tracer_settings, seed)                                                                             \
     SIZE(tracer_result) FIELD(tracer_result, radiance) FIELD(tracer_result, probes)                          \
     FIELD(tracer_result, shaded)

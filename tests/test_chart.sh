@@ -74,7 +74,7 @@ rows_are_complete() {
         END {
             split("sphere slab corner needles bear", scene, " ")
             for (s = 1; s <= 5; s++) {
-                if (n[scene[s] " 1"] != 125) bad = scene[s] ": " n[scene[s] " 1"] " rows"
+                if (n[scene[s] " 1"] != 131) bad = scene[s] ": " n[scene[s] " 1"] " rows"
                 if (n[scene[s] " 0.125"] != 77) bad = scene[s] " small: " n[scene[s] " 0.125"] " rows"
             }
             if (bad) print bad

@@ -734,6 +734,26 @@ static void test_shares(void **state) {
 enum { WIDTH = 40, HEIGHT = 36, SPP = 4, NUMBERS = 3 * WIDTH * HEIGHT };
 static int width = WIDTH, height = HEIGHT;
 
+static void tiles_on_cpu(const scene *s, tracer_settings settings, uint32_t sample, float *rgb,
+                         unsigned long long *probes, unsigned long long *shaded) {
+    int columns = tracer_tile_count(settings, sample, 0), rows = tracer_tile_count(settings, sample, 1);
+    int number, i, x, y;
+    for (number = 0; number < columns * rows; ++number) {
+        static tracer_tile tile;
+        sss_vec3 radiance[TRACER_TILE_PIXELS];
+        int column = number % columns, row = number / columns;
+        tracer_result all = tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
+        *probes += all.probes;
+        *shaded += all.shaded;
+        for (i = 0; i < TRACER_TILE_PIXELS; ++i) {
+            if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
+            rgb[3 * (y * width + x)] += radiance[i].x;
+            rgb[3 * (y * width + x) + 1] += radiance[i].y;
+            rgb[3 * (y * width + x) + 2] += radiance[i].z;
+        }
+    }
+}
+
 static void picture_on_cpu(const scene *s, tracer_settings settings, float *rgb, unsigned long long *probes,
                            unsigned long long *shaded) {
     unsigned long long p = 0, h = 0;
@@ -754,7 +774,27 @@ static void picture_on_cpu(const scene *s, tracer_settings settings, float *rgb,
     *shaded = h;
 }
 
-// The device in bands and passes: one below the other, and the lower one in two.
+// In bands and passes: one below the other, and the lower one in two.
+static void picture_on_device(const scene *s, tracer_settings settings, float *rgb, unsigned long long *probes,
+                              unsigned long long *shaded) {
+    int i, middle = height / 2;
+    check_call(tracer_cl_render(&tracer, s, settings, 0, middle, 0, SPP, rgb, probes, shaded));
+    for (i = 3 * width * middle; i < 3 * width * height; ++i) assert_true(rgb[i] == 0.0f);
+    check_call(tracer_cl_render(&tracer, s, settings, middle, height, 0, 1, rgb, probes, shaded));
+    check_call(tracer_cl_render(&tracer, s, settings, middle, height, 1, SPP - 1, rgb, probes, shaded));
+}
+
+// Each sample in two bands of rows of tiles, the lower one first.
+static void tiles_on_device(const scene *s, tracer_settings settings, float *rgb, unsigned long long *probes,
+                            unsigned long long *shaded) {
+    uint32_t k;
+    for (k = 0; k < SPP; ++k) {
+        int rows = tracer_tile_count(settings, k, 1), middle = rows / 2;
+        check_call(tracer_cl_render_tiles(&tracer, s, settings, middle, rows, k, rgb, probes, shaded));
+        check_call(tracer_cl_render_tiles(&tracer, s, settings, 0, middle, k, rgb, probes, shaded));
+    }
+}
+
 static void compare_picture(int which, int profile, tracer_settings settings, tally *all) {
     static float cpu[NUMBERS], cl[NUMBERS];
     unsigned long long probes[2] = {0, 0}, shaded[2] = {0, 0};
@@ -766,11 +806,14 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     settings.seed = 20160505u;
     memset(cpu, 0, sizeof cpu);
     memset(cl, 0, sizeof cl);
-    picture_on_cpu(&s, settings, cpu, &probes[0], &shaded[0]);
-    check_call(tracer_cl_render(&tracer, &s, settings, 0, height / 2, 0, SPP, cl, &probes[1], &shaded[1]));
-    for (i = 3 * width * (height / 2); i < 3 * width * height; ++i) assert_true(cl[i] == 0.0f);
-    check_call(tracer_cl_render(&tracer, &s, settings, height / 2, height, 0, 1, cl, &probes[1], &shaded[1]));
-    check_call(tracer_cl_render(&tracer, &s, settings, height / 2, height, 1, SPP - 1, cl, &probes[1], &shaded[1]));
+    if (tracer_tile_side(settings) > 1) {
+        uint32_t k;
+        for (k = 0; k < SPP; ++k) tiles_on_cpu(&s, settings, k, cpu, &probes[0], &shaded[0]);
+        tiles_on_device(&s, settings, cl, &probes[1], &shaded[1]);
+    } else {
+        picture_on_cpu(&s, settings, cpu, &probes[0], &shaded[0]);
+        picture_on_device(&s, settings, cl, &probes[1], &shaded[1]);
+    }
     for (i = 0; i < 3 * width * height; ++i) {
         if (is_nan(sssi_bits(cpu[i])) || is_nan(sssi_bits(cl[i]))) fail_msg("%s: NaN", scenes_known[which].name);
         compare_bits(&sum, sssi_bits(cpu[i]), sssi_bits(cl[i]));
@@ -783,6 +826,29 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     all->different += sum.different;
     all->far += sum.far;
     assert_true(!device->exact || (probes[0] == probes[1] && shaded[0] == shaded[1]));
+}
+
+// Tiles of two sides, exits of each colour, and the other models, also chosen lookup by lookup.
+static void compare_models(int which, int profile, tally *sum) {
+    tracer_settings settings;
+    memset(&settings, 0, sizeof settings);
+    settings.method = TRACER_RESAMPLED;
+    settings.plan.candidates = 2;
+    settings.plan.tile = 5;
+    settings.plan.exits = 2;
+    compare_picture(which, profile, settings, sum);
+    settings.plan.tile = 8;
+    settings.plan.exits = 1;
+    settings.plan.per_channel = 1;
+    settings.light_aware = 1;
+    compare_picture(which, profile, settings, sum);
+    settings.tolerance = 0.4f;
+    compare_picture(which, profile, settings, sum);
+    settings.tolerance = 0.0f;
+    settings.plan.techniques = SSS_WALK;
+    compare_picture(which, profile, settings, sum);
+    settings.plan.techniques = SSS_LAMBERT;
+    compare_picture(which, profile, settings, sum);
 }
 
 // A path that takes another turn changes its pixel beyond any ulp. At most SPP x TRACER_MAX_SURFACES lookups and as
@@ -807,6 +873,7 @@ static void test_pictures(void **state) {
             settings.light_aware = 1;
             settings.plan.exits = 2;
             compare_picture(which, profile, settings, &sum);
+            compare_models(which, profile, &sum);
         }
     }
     print_message("    every scene, profile and method: %lu of %lu numbers differ\n", sum.different, sum.compared);

@@ -31,8 +31,8 @@ run_all() {
 ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")" = 0 ]; }
 
 # All decisions that random numbers make are in double precision, where another libm's last bit turns one in 1e16 of
-# them, or are the header's, which has its own functions: chapters make some 1e8. What is left is the tone curve in
-# float: its expf and powf, some ulps and so 1e-6 apart, move a byte by 1, and no more than 255 times 1e-6 of them.
+# them, or are the header's, which has its own functions: chapters make some 1e8. What is left is the curve of the
+# screen: another libm's pow moves a byte by 1, and fewer than 255 times 1e-6 of them.
 same_figure() {
     local differ worst
     read -r differ worst < <("$pixels" bytes "build/$1.png" "tutorial/$1/figure.png") || return 1
@@ -88,6 +88,7 @@ in_order() {
     local slug i=0 before="" title
     for slug in $slugs; do
         i=$((i + 1))
+        [ "$slug" != opencl ] || i=A # the appendix, which is the last
         title=$(sed -n "s|^$i\. \[\(.*\)\]($slug/README\.md).*|\1|p" tutorial/README.md)
         [ "$(head -n 1 "tutorial/$slug/README.md")" = "# $i. $title" ] || { echo "title of $slug" && return 1; }
         grep -q "^_Figure $i\. " "tutorial/$slug/README.md" || { echo "no caption in $slug" && return 1; }
@@ -96,8 +97,23 @@ in_order() {
         before=$slug
     done
 }
+# Equations are numbered through all chapters, in order of appearance, and a text refers to none that comes later.
+equations_in_order() {
+    local slug
+    for slug in $slugs; do cat "tutorial/$slug/README.md"; done | awk '
+        /\\qquad \([0-9]+\)$/ { match($0, /[0-9]+\)$/); n = substr($0, RSTART, RLENGTH - 1) + 0
+            if (n != ++last) { print "(" n ") comes after (" last - 1 ")"; bad = 1 } }
+        { for (line = $0; match(line, /\([0-9][0-9]?\)/); line = substr(line, RSTART + RLENGTH))
+            if (substr(line, RSTART + 1, RLENGTH - 2) + 0 > last) { print NR ": " $0; bad = 1 } }
+        END { exit bad || last == 0 }'
+}
 listings_are_shown() {
-    local slug name
+    local slug name names
+    names=$(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' tutorial/*.h)
+    [ -z "$(echo "$names" | sort | uniq -d)" ] || { echo "two headers have a listing of one name" && return 1; }
+    for name in $names; do
+        grep -q "^<!-- code $name -->$" tutorial/*/README.md || { echo "$name is not shown" && return 1; }
+    done
     for slug in $slugs; do
         for name in $(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' "tutorial/$slug/main.c"); do
             grep -q "^<!-- code $name -->$" "tutorial/$slug/README.md" || { echo "$slug: $name is not shown" && return 1; }
@@ -119,6 +135,7 @@ plain_formulas() { ! grep -n '\$[^$`]*\\[^a-zA-Z $][^$]*\$' tutorial/*/README.md
 check "the folders are those of the table of contents" folders_are_listed
 check "programs have at most 150 lines" short_programs
 check "titles, captions and links follow the table of contents" in_order
+check "equations are numbered in order" equations_in_order
 check "every marked listing is shown" listings_are_shown
 check "links lead somewhere" links_lead_somewhere
 check "formulas within a line survive Markdown" plain_formulas
@@ -130,7 +147,7 @@ check "commands of exercises run" exercises_run
 check "no warnings" warning_free
 check "refused: no file" refuses 2 "$PWD/build/lambert"
 check "refused: two files" refuses 2 "$PWD/build/area" a.png b.png
-check "refused: a file in no folder" refuses 2 "$PWD/build/least" no/such/folder/x.png
+check "refused: a file in no folder" refuses 2 "$PWD/build/plan" no/such/folder/x.png
 # Another compiler, no optimisation, and what libm does on a processor without fused operations.
 run_all "s/^cc /clang /"
 for slug in $slugs; do check_chapter "$slug" "clang, "; done

@@ -1,6 +1,7 @@
 # Writes a chapter's README anew from its program: listings, the program's output, and the numbers that the text quotes
-# from it. awk -v source=main.c -v output=OUTPUT -f weave.awk README.md. SPDX-License-Identifier: MIT
-#   <!-- code NAME -->    the block that follows is what stands between // [NAME] and // [/NAME] in the source
+# from it. awk -v sources='main.c ...' -v output=OUTPUT -f weave.awk README.md. SPDX-License-Identifier: MIT
+#   <!-- code NAME -->    the block that follows is what stands between // [NAME] and // [/NAME] in the
+#                         first source that has it
 #   <!-- output -->       the block that follows is what the program printed
 #   0.82<!-- = KEY -->    the first number behind KEY in the output; "A ... B" is B behind A
 function stop(text) {
@@ -40,10 +41,15 @@ function quote_numbers(line, done, mark, from, size) {
     return done line
 }
 BEGIN {
-    while ((getline line < source) > 0) {
-        if (line ~ /^\/\/ \[\/.*\]$/) name = ""
-        else if (line ~ /^\/\/ \[.*\]$/) name = substr(line, 5, length(line) - 5)
-        else if (name != "") code[name] = code[name] line "\n"
+    files = split(sources, source, " ")
+    for (i = files; i >= 1; i--) {
+        while ((getline line < source[i]) > 0) {
+            if (line ~ /^\/\/ \[\/.*\]$/) name = ""
+            else if (line ~ /^\/\/ \[.*\]$/) {
+                name = substr(line, 5, length(line) - 5)
+                code[name] = ""
+            } else if (name != "") code[name] = code[name] line "\n"
+        }
     }
     while ((getline line < output) > 0) printed = printed line "\n"
 }

@@ -107,42 +107,88 @@ static inline const char *device_note(const device_set *set) {
     return NULL;
 }
 
+static inline void device_add(float *rgb, sss_vec3 radiance) {
+    rgb[0] += radiance.x;
+    rgb[1] += radiance.y;
+    rgb[2] += radiance.z;
+}
+
 static inline void device_rows_on_cpu(const scene *s, tracer_settings settings, int y, uint32_t first, int count,
                                       float *row, device_work *work) {
     for (int x = 0; x < settings.width; x++) {
         for (int k = 0; k < count; k++) {
             tracer_result r = tracer_sample(s, settings, x, y, first + (uint32_t)k);
-            row[3 * x] += r.radiance.x;
-            row[3 * x + 1] += r.radiance.y;
-            row[3 * x + 2] += r.radiance.z;
+            device_add(row + 3 * x, r.radiance);
             work->probes += r.probes;
             work->shaded += r.shaded;
         }
     }
 }
 
-// One band of rows on the device of the calling thread, or on the CPU.
+static inline void device_tile_on_cpu(const scene *s, tracer_settings settings, int column, int row,
+                                      uint32_t sample, float *rgb, device_work *work) {
+    tracer_tile tile;
+    sss_vec3 radiance[TRACER_TILE_PIXELS];
+    tracer_result all = tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
+    int x, y;
+    work->probes += all.probes;
+    work->shaded += all.shaded;
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
+        device_add(rgb + image_count(settings.width, y) + 3 * x, radiance[i]);
+    }
+}
+
+// What a picture is rendered in: rows of pixels or, where exits are shared, rows of tiles. These lie
+// elsewhere in each sample.
+static inline int device_bands(tracer_settings settings, uint32_t sample) {
+    return tracer_tile_count(settings, sample, 1u);
+}
+
+// The first row of pixels in a band.
+static inline int device_band_top(tracer_settings settings, uint32_t sample, int band) {
+    int y = band * tracer_tile_side(settings) - tracer_tile_shift(settings, sample, 1u);
+    return y < 0 ? 0 : y > settings.height ? settings.height : y;
+}
+
+// How many samples may be rendered in one go.
+static inline int device_samples(tracer_settings settings, int count) {
+    return tracer_tile_side(settings) > 1 ? 1 : count;
+}
+
+// Bands top .. bottom - 1 on the device of the calling thread, or on the CPU.
 static inline sss_cl_result device_band(device_set *set, int thread, const scene *s, tracer_settings settings, int top,
                                         int bottom, uint32_t first, int count, float *rgb, device_work *work) {
+    int tiles = tracer_tile_side(settings) > 1;
+    if (set->count > 0 && tiles) {
+        return tracer_cl_render_tiles(&set->cl[thread], s, settings, top, bottom, first, rgb, &work->probes,
+                                      &work->shaded);
+    }
     if (set->count > 0) {
         return tracer_cl_render(&set->cl[thread], s, settings, top, bottom, first, (uint32_t)count, rgb, &work->probes,
                                 &work->shaded);
     }
     for (int y = top; y < bottom; y++) {
-        device_rows_on_cpu(s, settings, y, first, count, rgb + image_count(settings.width, y), work);
+        if (!tiles) device_rows_on_cpu(s, settings, y, first, count, rgb + image_count(settings.width, y), work);
+        for (int x = 0; tiles && x < tracer_tile_count(settings, first, 0u); x++)
+            device_tile_on_cpu(s, settings, x, y, first, rgb, work);
     }
     return SSS_CL_OK;
 }
 
-// Adds samples first .. first + count - 1 of every pixel to `sum`. Bands of rows go to whoever is free: threads of the
-// CPU, or one thread for each device. A pixel's samples are added in their order, so the picture does not depend on
-// who did what.
-static inline sss_cl_result device_render(device_set *set, const scene *s, const tracer_settings *settings, image *sum,
-                                          uint32_t first, int count, device_work *work, device_progress *progress,
-                                          void *user) {
+// Who is told of how much is done, and what share of the whole a pass is.
+typedef struct device_listener {
+    device_progress *progress;
+    void *user;
+    double before, share;
+} device_listener;
+
+// Bands go to whoever is free: threads of the CPU, or one thread for each device.
+static inline sss_cl_result device_pass(device_set *set, const scene *s, const tracer_settings *settings, image *sum,
+                                        uint32_t first, int count, device_work *work, device_listener listener) {
     unsigned long long probes = 0, shaded = 0;
-    int height = settings->height, rows = 1, finished = 0, failed = 0;
-    if (set->count > 0) rows = DEVICE_BAND / count / settings->width + 1;
+    int height = device_bands(*settings, first), rows = 1, finished = 0, failed = 0;
+    if (set->count > 0) rows = DEVICE_BAND / set->count / settings->width / tracer_tile_side(*settings) + 1;
     int bands = (height + rows - 1) / rows;
 #pragma omp parallel for num_threads(device_threads(set)) schedule(dynamic, 1) reduction(+ : probes, shaded)
     for (int band = 0; band < bands; band++) {
@@ -160,12 +206,26 @@ static inline sss_cl_result device_render(device_set *set, const scene *s, const
         shaded += mine.shaded;
 #pragma omp atomic capture
         done = finished += bottom - top;
-        if (thread == 0) progress(user, (double)done / height);
+        if (thread == 0) listener.progress(listener.user, listener.before + listener.share * done / height);
     }
     work->probes += probes;
     work->shaded += shaded;
     if (failed) memcpy(set->error, set->cl[failed - 1].cl.error, sizeof set->error);
     return failed ? SSS_CL_FAILED : SSS_CL_OK;
+}
+
+// Adds samples first .. first + count - 1 of every pixel to `sum`. A pixel's samples are added in their order, so the
+// picture does not depend on who did what.
+static inline sss_cl_result device_render(device_set *set, const scene *s, const tracer_settings *settings, image *sum,
+                                          uint32_t first, int count, device_work *work, device_progress *progress,
+                                          void *user) {
+    int at_once = device_samples(*settings, count);
+    sss_cl_result result = SSS_CL_OK;
+    for (int k = 0; k < count && result == SSS_CL_OK; k += at_once) {
+        device_listener listener = {progress, user, (double)k / count, (double)at_once / count};
+        result = device_pass(set, s, settings, sum, first + (uint32_t)k, at_once, work, listener);
+    }
+    return result;
 }
 
 #endif

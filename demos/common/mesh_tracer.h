@@ -83,6 +83,13 @@ static inline void mesh_skip(const struct RTCFilterFunctionNArguments *found) {
     if (at->geomID == query->geometry && at->primID == query->triangle) found->valid[0] = 0;
 }
 
+// Of one object alone.
+static inline void mesh_only(const struct RTCFilterFunctionNArguments *found) {
+    const mesh_query *query = (const mesh_query *)(const void *)found->context;
+    const struct RTCHit *at = (const struct RTCHit *)(const void *)found->hit;
+    if (at->geomID != MESH_OBJECT || query->object_of[at->primID] != query->object) found->valid[0] = 0;
+}
+
 static inline struct RTCRay mesh_ray(sss_vec3 origin, sss_vec3 direction, float length) {
     struct RTCRay ray;
     memset(&ray, 0, sizeof ray);
@@ -226,37 +233,85 @@ static inline int mesh_occluded(const mesh_world *w, const mesh_hit *from, sss_v
     return ray.tfar < 0.0f;
 }
 
-// ---- The library at work: one lookup from the entry, hits->hit[0], to at most one exit. What follows the entry there
-// are the candidates; the exit is one of them, or the entry. NULL when no light leaves.
+// The first hit of the segment with one of the mesh's objects, behind the hits that are there; or none.
+static inline void mesh_first_hit(const mesh_world *w, uint32_t object, sss_vec3 origin,
+                                  sss_vec3 direction, float length, mesh_hits *hits) {
+    mesh_query query;
+    struct RTCRayHit ray;
+    query.object_of = w->m.object;
+    query.object = object;
+    ray.ray = mesh_ray(origin, direction, length);
+    mesh_trace(w, &query, mesh_only, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
 
-static inline const mesh_hit *mesh_lookup(const mesh_world *w, tracer_settings settings, uint32_t seed, mesh_hits *hits,
-                                          sss_vec3 *weight, uint32_t *probes) {
-    sss_plan plan = settings.method == TRACER_PLAIN ? tracer_plain_plan() : settings.plan;
+    mesh_hit *hit = mesh_hits_next(hits);
+    hit->geometry = MESH_OBJECT;
+    hit->triangle = ray.hit.primID;
+    hit->t = ray.ray.tfar;
+    hit->u = ray.hit.u;
+    hit->v = ray.hit.v;
+    mesh_fill(w, hit);
+}
+
+// ---- The library at work: one lookup from the entry, hits->hit[0]
+
+// As tracer_radius(): what hits->hit[0] can touch from inside or outside.
+static inline float mesh_radius(const mesh_world *w, mesh_hits *hits) {
+    const mesh_hit entry = hits->hit[0];
+    uint32_t object = w->m.object[entry.triangle];
+    float radius = 1e30f, cosine;
+    for (int i = 0; i < TRACER_FEELERS; i++) {
+        sss_vec3 direction = tracer_feeler(entry.normal, i, &cosine);
+        sss_vec3 origin = scene_along(entry.position, direction, TRACER_NEAR);
+        hits->count = 1;
+        mesh_first_hit(w, object, origin, direction, 1e3f, hits);
+        if (hits->count == 1) continue;
+        float distance = hits->hit[1].t + TRACER_NEAR;
+        radius = scene_min(radius, distance / (2.0f * scene_abs(cosine)));
+    }
+    hits->count = 1;
+    return radius;
+}
+
+static inline sss_plan mesh_plan(const mesh_world *w, tracer_settings settings, mesh_hits *hits) {
+    if (settings.method == TRACER_PLAIN) return tracer_plain_plan();
+    if (!(settings.tolerance > 0.0f)) return settings.plan;
+    float footprint = tracer_footprint(&w->s, settings, hits->hit[0].position);
+    return tracer_choose(&w->s.medium, settings, footprint, mesh_radius(w, hits));
+}
+
+// The number of exits; on[i] is the hit that exits[i] was, or the entry. What follows the entry in
+// `hits` are the hits in the order of the calls.
+static inline int mesh_lookup(const mesh_world *w, tracer_settings settings, sss_plan plan,
+                              uint32_t seed, mesh_hits *hits, sss_exit *exits, mesh_hit *on,
+                              uint32_t *probes) {
     sss_resampler s;
     sss_probe probe;
-    sss_exit exit;
     uint32_t object = w->m.object[hits->hit[0].triangle];
     hits->count = 1;
     sss_begin(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed);
     while (sss_next_probe(&s, &probe)) {
         int i = hits->count;
-        mesh_all_hits(w, object, probe.origin, probe.direction, probe.length, hits);
+        if (plan.techniques == SSS_WALK) {
+            mesh_first_hit(w, object, probe.origin, probe.direction, probe.length, hits);
+        } else {
+            mesh_all_hits(w, object, probe.origin, probe.direction, probe.length, hits);
+        }
         for (; i < hits->count; i++) {
             mesh_hit *h = &hits->hit[i];
             if (settings.light_aware) mesh_shade(w, h);
             sss_add_hit(&s, h->position, h->normal,
-                        settings.light_aware ? tracer_light_guess(&w->s, h->position, h->shading) : 1.0f);
+                        settings.light_aware ? tracer_light_guess(&w->s, h->position, h->shading)
+                                             : 1.0f);
         }
         ++*probes;
     }
-    if (!sss_finish(&s, &exit)) return NULL;
-    *weight = scene_vec(exit.weight[0], exit.weight[1], exit.weight[2]);
-    for (int i = 0; i < hits->count; i++) { // an exit is a hit as it was given, to the bit
-        if (memcmp(&hits->hit[i].position, &exit.position, sizeof exit.position) != 0) continue;
-        mesh_shade(w, &hits->hit[i]);
-        return &hits->hit[i];
+    int count = sss_finish(&s, exits);
+    for (int i = 0; i < count; i++) {
+        on[i] = hits->hit[1 + exits[i].hit];
+        mesh_shade(w, &on[i]);
     }
-    return NULL; // not reached
+    return count;
 }
 
 // ---- The path, as in tracer.h: the lamp by one shadow ray, all else by one ray that goes on, with the closed
@@ -274,51 +329,194 @@ static inline sss_vec3 mesh_light(const mesh_world *w, const mesh_hit *at, float
     return dark ? scene_vec(0.0f, 0.0f, 0.0f) : irradiance;
 }
 
-static inline tracer_result mesh_sample(const mesh_world *w, tracer_settings settings, int x, int y, uint32_t sample,
-                                        mesh_hits *hits) {
-    tracer_random random =
-        tracer_random_begin(settings.seed, (uint32_t)y * (uint32_t)settings.width + (uint32_t)x, sample);
-    tracer_result result = {{0.0f, 0.0f, 0.0f}, 0u, 0u};
-    float px = (float)x + tracer_stratified(&random, TRACER_STRATIFY_PIXEL);
-    float py = (float)y + tracer_stratified(&random, TRACER_STRATIFY_PIXEL + 1u);
-    sss_vec3 origin = w->s.eye, direction = tracer_camera(&w->s, settings.width, settings.height, px, py);
-    sss_vec3 throughput = scene_vec(1.0f, 1.0f, 1.0f);
-    mesh_hit at;
-    for (uint32_t surface = 0u; surface <= TRACER_MAX_SURFACES && origin.y >= 0.0f; surface++) {
-        mesh_hit hit = mesh_nearest(w, origin, direction, surface ? &at : NULL);
-        if (hit.geometry == MESH_NOTHING) {
-            result.radiance = scene_add(result.radiance, scene_mul(throughput, scene_sky(&w->s, direction)));
-            break;
-        }
-        if (surface == TRACER_MAX_SURFACES) break;
-        sss_vec3 weight = w->s.floor_albedo;
-        at = hit;
-        if (hit.geometry == MESH_OBJECT) {
-            hits->count = 0;
-            *mesh_hits_next(hits) = hit;
-            uint32_t seed = sss_hash(random.sample_key, 0x40000000u + surface);
-            const mesh_hit *exit = mesh_lookup(w, settings, seed, hits, &weight, &result.probes);
-            if (!exit) break;
-            result.shaded++;
-            at = *exit;
-        }
-        throughput = scene_mul(throughput, weight);
-        if (!(scene_mean(throughput) > 0.0f)) break;
-        int first = surface == 0u;
-        float u = first ? tracer_stratified(&random, TRACER_STRATIFY_LIGHT) : tracer_next(&random);
-        float v = first ? tracer_stratified(&random, TRACER_STRATIFY_LIGHT + 1u) : tracer_next(&random);
-        scene_ambient around = scene_make_ambient(&w->s, at.position);
-        sss_vec3 irradiance = scene_add(mesh_light(w, &at, u, v), scene_ambient_irradiance(around, at.shading));
-        result.radiance = scene_add(result.radiance, scene_mul(scene_scale(throughput, 1.0f / SCENE_PI), irradiance));
-        u = first ? tracer_stratified(&random, TRACER_STRATIFY_DIRECTION) : tracer_next(&random);
-        v = first ? tracer_stratified(&random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(&random);
-        direction = tracer_about(at.shading, scene_sqrt(1.0f - u), scene_sqrt(u), v);
-        origin = at.position;
-        sss_vec3 expected = scene_ambient_radiance(around, direction);
-        result.radiance = scene_sub(result.radiance, scene_mul(throughput, expected));
-        if (scene_dot(direction, at.normal) <= 0.0f) break; // behind the triangle: dark
+typedef struct mesh_path {
+    tracer_random random;
+    sss_vec3 origin, direction, throughput;
+    mesh_hit at; // what the ray leaves, if surface > 0
+    uint32_t surface;
+    int dark; // the ray goes behind the triangle that it leaves
+} mesh_path;
+
+static inline mesh_path mesh_begin(const mesh_world *w, tracer_settings settings, int x, int y,
+                                   uint32_t sample) {
+    mesh_path path;
+    uint32_t pixel = (uint32_t)y * (uint32_t)settings.width + (uint32_t)x;
+    memset(&path, 0, sizeof path);
+    path.random = tracer_random_begin(settings.seed, pixel, sample);
+    float px = (float)x + tracer_stratified(&path.random, TRACER_STRATIFY_PIXEL);
+    float py = (float)y + tracer_stratified(&path.random, TRACER_STRATIFY_PIXEL + 1u);
+    path.origin = w->s.eye;
+    path.direction = tracer_camera(&w->s, settings.width, settings.height, px, py);
+    path.throughput = scene_vec(1.0f, 1.0f, 1.0f);
+    return path;
+}
+
+// The irradiance but for the one ray that goes on. `first`: of the path.
+static inline sss_vec3 mesh_irradiance(const mesh_world *w, const mesh_hit *at, int first,
+                                       tracer_random *random) {
+    float u = first ? tracer_stratified(random, TRACER_STRATIFY_LIGHT) : tracer_next(random);
+    float v = first ? tracer_stratified(random, TRACER_STRATIFY_LIGHT + 1u) : tracer_next(random);
+    scene_ambient around = scene_make_ambient(&w->s, at->position);
+    return scene_add(mesh_light(w, at, u, v), scene_ambient_irradiance(around, at->shading));
+}
+
+// The path goes on from path->at by one ray. Returns the radiance along it that has been counted
+// already.
+static inline sss_vec3 mesh_go_on(const mesh_world *w, mesh_path *path) {
+    tracer_random *random = &path->random;
+    int first = path->surface == 0u;
+    float u = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION) : tracer_next(random);
+    float v = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
+    path->direction = tracer_about(path->at.shading, scene_sqrt(1.0f - u), scene_sqrt(u), v);
+    path->origin = path->at.position;
+    path->surface++;
+    path->dark = scene_dot(path->direction, path->at.normal) <= 0.0f;
+    return scene_ambient_radiance(scene_make_ambient(&w->s, path->origin), path->direction);
+}
+
+// One of several exits goes on, in proportion to its weight; *over_chance is 1 over the chance.
+static inline int mesh_choose(const sss_exit *exits, int count, sss_vec3 throughput,
+                              tracer_random *random, float *over_chance) {
+    float total = 0.0f, chosen_weight = 1.0f;
+    int chosen = 0;
+    for (int k = 0; k < count; k++) {
+        const float *e = exits[k].weight;
+        float weight = scene_dot(throughput, scene_vec(e[0], e[1], e[2]));
+        total += weight;
+        if (count > 1 && tracer_next(random) * total < weight) chosen = k;
+        if (chosen == k) chosen_weight = weight;
     }
+    *over_chance = count > 1 && chosen_weight > 0.0f ? total / chosen_weight : 1.0f;
+    return chosen;
+}
+
+// The surface that the path has met: its exits, or the floor itself. Returns their number.
+static inline int mesh_surface(const mesh_world *w, tracer_settings settings, mesh_path *path,
+                               mesh_hit hit, mesh_hits *hits, sss_exit *exits, mesh_hit *on,
+                               tracer_result *result) {
+    if (hit.geometry != MESH_OBJECT) {
+        exits[0].weight[0] = w->s.floor_albedo.x;
+        exits[0].weight[1] = w->s.floor_albedo.y;
+        exits[0].weight[2] = w->s.floor_albedo.z;
+        on[0] = hit;
+        return 1;
+    }
+    hits->count = 0;
+    *mesh_hits_next(hits) = hit;
+    sss_plan plan = mesh_plan(w, settings, hits);
+    uint32_t seed = sss_hash(path->random.sample_key, 0x40000000u + path->surface);
+    int count = mesh_lookup(w, settings, plan, seed, hits, exits, on, &result->probes);
+    result->shaded += (uint32_t)count;
+    return count;
+}
+
+// Adds what a path gathers along its ray and behind it.
+static inline void mesh_follow(const mesh_world *w, tracer_settings settings, mesh_path *path,
+                               mesh_hits *hits, tracer_result *result) {
+    while (path->origin.y >= 0.0f && !path->dark) {
+        sss_exit exits[SSS_MAX_EXITS];
+        mesh_hit on[SSS_MAX_EXITS];
+        mesh_hit hit = mesh_nearest(w, path->origin, path->direction, path->surface ? &path->at : NULL);
+        if (hit.geometry == MESH_NOTHING) {
+            sss_vec3 sky = scene_sky(&w->s, path->direction);
+            result->radiance = scene_add(result->radiance, scene_mul(path->throughput, sky));
+            return;
+        }
+        if (path->surface == TRACER_MAX_SURFACES) return;
+        int count = mesh_surface(w, settings, path, hit, hits, exits, on, result);
+        if (count == 0) return;
+
+        for (int k = 0; k < count; k++) {
+            sss_vec3 weight = scene_vec(exits[k].weight[0], exits[k].weight[1], exits[k].weight[2]);
+            int first = path->surface == 0u && k == 0;
+            sss_vec3 irradiance = mesh_irradiance(w, &on[k], first, &path->random);
+            weight = scene_scale(scene_mul(path->throughput, weight), 1.0f / SCENE_PI);
+            result->radiance = scene_add(result->radiance, scene_mul(weight, irradiance));
+        }
+        float over_chance;
+        int chosen = mesh_choose(exits, count, path->throughput, &path->random, &over_chance);
+        const float *e = exits[chosen].weight;
+        sss_vec3 weight = scene_scale(scene_vec(e[0], e[1], e[2]), over_chance);
+        path->throughput = scene_mul(path->throughput, weight);
+        if (!(scene_mean(path->throughput) > 0.0f)) return;
+        path->at = on[chosen];
+        sss_vec3 expected = mesh_go_on(w, path);
+        result->radiance = scene_sub(result->radiance, scene_mul(path->throughput, expected));
+    }
+}
+
+static inline tracer_result mesh_sample(const mesh_world *w, tracer_settings settings, int x, int y,
+                                        uint32_t sample, mesh_hits *hits) {
+    tracer_result result = tracer_no_result();
+    mesh_path path = mesh_begin(w, settings, x, y, sample);
+    mesh_follow(w, settings, &path, hits, &result);
     return result;
+}
+
+// ---- Tiles, as in tracer.h. A group is one of the mesh's objects.
+
+static inline tracer_result mesh_tile_begin(const mesh_world *w, tracer_settings settings, int x,
+                                            int y, uint32_t sample, int i, mesh_hits *hits,
+                                            tracer_tile *tile) {
+    tracer_result result = tracer_no_result();
+    mesh_path path = mesh_begin(w, settings, x, y, sample);
+    mesh_hit hit = mesh_nearest(w, path.origin, path.direction, NULL), on[SSS_MAX_EXITS];
+    sss_plan plan = settings.plan;
+    int shares = hit.geometry == MESH_OBJECT;
+    if (shares) {
+        hits->count = 0;
+        *mesh_hits_next(hits) = hit;
+        plan = mesh_plan(w, settings, hits);
+        shares = tracer_may_share(settings, plan);
+    }
+    if (!shares) {
+        mesh_follow(w, settings, &path, hits, &result);
+        return result;
+    }
+
+    uint32_t seed = sss_hash(path.random.sample_key, 0x40000000u);
+    int count = mesh_lookup(w, settings, plan, seed, hits, tile->exit[i], on, &result.probes);
+    result.shaded = (uint32_t)count;
+    tile->group[i] = (int)w->m.object[hit.triangle];
+    tile->count[i] = count;
+    tile->entry[i] = hit.position;
+    tile->footprint[i] = tracer_footprint(&w->s, settings, hit.position);
+    if (count == 0) return result;
+
+    for (int k = 0; k < count; k++)
+        tile->light[i][k] = mesh_irradiance(w, &on[k], k == 0, &path.random);
+    float over_chance;
+    int chosen = mesh_choose(tile->exit[i], count, path.throughput, &path.random, &over_chance);
+    path.at = on[chosen];
+    sss_vec3 expected = mesh_go_on(w, &path);
+    mesh_follow(w, settings, &path, hits, &result);
+    sss_vec3 more = scene_scale(scene_sub(result.radiance, expected), SCENE_PI * over_chance);
+    tile->light[i][chosen] = scene_add(tile->light[i][chosen], more);
+    result.radiance = scene_vec(0.0f, 0.0f, 0.0f);
+    return result;
+}
+
+static inline tracer_result mesh_tile_sample(const mesh_world *w, tracer_settings settings,
+                                             int column, int row, uint32_t sample, mesh_hits *hits,
+                                             sss_vec3 *radiance) {
+    tracer_result all = tracer_no_result();
+    tracer_tile tile;
+    int x, y;
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        tracer_tile_clear(&tile, i);
+        radiance[i] = scene_vec(0.0f, 0.0f, 0.0f);
+        if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
+        tracer_result one = mesh_tile_begin(w, settings, x, y, sample, i, hits, &tile);
+        radiance[i] = one.radiance;
+        all.probes += one.probes;
+        all.shaded += one.shaded;
+    }
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        int group = tile.group[i], is_first = group >= 0;
+        for (int k = 0; k < i; k++) is_first &= tile.group[k] != group;
+        if (is_first) tracer_tile_share(&w->s.medium, &tile, group, radiance);
+    }
+    return all;
 }
 
 // ---- The world about the mesh

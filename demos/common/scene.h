@@ -13,18 +13,22 @@
 
 #include "sss_resample.h"
 
-// The one place that knows languages: a scene lives in host memory or in the device's global memory.
+// The one place that knows languages: a scene lives in host memory or in the device's global memory, what a
+// tile of paths shares (tracer.h) in that of a work-group.
 #if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define SCENE_SPACE __global
+#define TRACER_TILE_SPACE __local
 static inline float scene_sqrt(float x) { return sqrt(x); }
 static inline float scene_abs(float x) { return fabs(x); }
 #else
 #define SCENE_SPACE
+#define TRACER_TILE_SPACE
 static inline float scene_sqrt(float x) { return sqrtf(x); }
 static inline float scene_abs(float x) { return fabsf(x); }
 #endif
 
 #define SCENE_MAX_SHAPES 20
+#define SCENE_MAX_FOUND  (SSS_MAX_CANDIDATES * 2 * SCENE_MAX_SHAPES) // hits in a lookup
 #define SCENE_PI         3.14159265358979f
 
 enum { SCENE_ELLIPSOID = 0, SCENE_ROUNDED_BOX = 1 };
@@ -283,6 +287,34 @@ static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origi
         hits->hit[place].t = t;
         hits->hit[place].shape = k >> 1;
     }
+}
+
+// The nearest hit of a random walk's segment, or none. The segment begins inside, so the stretch that
+// lies inside is followed from shape to shape to its end. One that begins outside, by a rounding,
+// enters first.
+static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, sss_vec3 direction,
+                                 float length, scene_hits *hits) {
+    scene_interval interval[SCENE_MAX_SHAPES];
+    float reached = 0.0f, enters = 1e30f;
+    int shape = SCENE_NOTHING, entered = 0, before;
+
+    for (int i = 0; i < s->shape_count; i++) {
+        interval[i] = scene_shape_interval(&s->shape[i], origin, direction);
+        if (!(interval[i].t0 <= interval[i].t1 && interval[i].t0 >= 0.0f)) continue;
+        if (interval[i].t0 < enters) enters = interval[i].t0, entered = i;
+    }
+    do {
+        before = shape;
+        for (int i = 0; i < s->shape_count; i++) {
+            if (!(interval[i].t0 <= reached && interval[i].t1 > reached)) continue;
+            reached = interval[i].t1;
+            shape = i;
+        }
+    } while (shape != before && reached <= length);
+
+    hits->hit[0].t = shape >= 0 ? reached : enters;
+    hits->hit[0].shape = shape >= 0 ? shape : entered;
+    hits->count = hits->hit[0].t <= length;
 }
 
 // What a ray through empty space meets first: a shape, the floor or nothing. `leaving` is the shape that the

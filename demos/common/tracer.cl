@@ -35,3 +35,32 @@ __kernel void tracer_render(__global const scene *s, tracer_settings settings, u
     work[2u * i] = probes;
     work[2u * i + 1u] = shaded;
 }
+
+// One sample of each pixel, in tiles: a work-group for each tile of the rows of tiles from `row` on. rgb[0] and work[0]
+// are those of the first pixel in the row of pixels `top`.
+__kernel void tracer_tiles(__global const scene *s, tracer_settings settings, uint row, uint tiles, uint top,
+                           uint sample, __global sss_vec3 *rgb, __global uint *work) {
+    __local tracer_tile tile;
+    uint number = (uint)get_group_id(0), columns = (uint)tracer_tile_count(settings, sample, 0u);
+    int first = (int)get_local_id(0), step = (int)get_local_size(0), x, y;
+    int at_column = (int)(number % columns), at_row = (int)(row + number / columns);
+    if (number >= tiles) return; // as a whole work-group
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) {
+        tracer_tile_clear(&tile, i);
+        if (!tracer_tile_pixel(settings, sample, at_column, at_row, i, &x, &y)) continue;
+        uint pixel = ((uint)y - top) * (uint)settings.width + (uint)x;
+        tracer_result r = tracer_tile_begin(s, settings, x, y, sample, i, &tile);
+        if (tile.group[i] < 0) rgb[pixel] = scene_add(rgb[pixel], r.radiance);
+        work[2u * pixel] = r.probes;
+        work[2u * pixel + 1u] = r.shaded;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) tracer_tile_densities(s, i, &tile);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int i = first; i < TRACER_TILE_PIXELS; i += step) {
+        if (tile.group[i] < 0) continue;
+        tracer_tile_pixel(settings, sample, at_column, at_row, i, &x, &y);
+        uint pixel = ((uint)y - top) * (uint)settings.width + (uint)x;
+        rgb[pixel] = scene_add(rgb[pixel], tracer_tile_gather(s, i, &tile));
+    }
+}

@@ -13,6 +13,10 @@
 // radiance along the ray is taken off again. Paths end after TRACER_MAX_SURFACES surfaces; there is no
 // Russian roulette. Fresnel reflection is left out: it is the caller's matter in the library, and one effect
 // less between picture and claim.
+//
+// With a tile (settings.plan.tile) paths whose first surface is the object share their exits: each
+// looks up and shades its own, the whole path behind it included, and then every exit of the tile
+// serves every path of the tile. See tracer_tile.
 #ifndef TRACER_H
 #define TRACER_H
 
@@ -30,6 +34,7 @@ typedef struct tracer_settings {
     int method;
     int light_aware; // resampled: tell the library a guess of the light at each candidate
     sss_plan plan;   // resampled: as given; plain: see tracer_plain_plan
+    float tolerance; // above 0: sss_plan_for chooses the model of each lookup, for this error
     int width, height;
     uint32_t seed;
 } tracer_settings;
@@ -49,6 +54,19 @@ typedef struct tracer_points {
     int count;
     tracer_point point[TRACER_MAX_POINTS];
 } tracer_points;
+
+// What the paths of a tile know of each other, pixel by pixel.
+#define TRACER_MAX_TILE    8
+#define TRACER_TILE_PIXELS (TRACER_MAX_TILE * TRACER_MAX_TILE)
+typedef struct tracer_tile {
+    int group[TRACER_TILE_PIXELS]; // members of one object have one number; -1: no member
+    int count[TRACER_TILE_PIXELS]; // of exits
+    sss_vec3 entry[TRACER_TILE_PIXELS];
+    float footprint[TRACER_TILE_PIXELS];
+    sss_exit exit[TRACER_TILE_PIXELS][SSS_MAX_EXITS];
+    sss_vec3 light[TRACER_TILE_PIXELS][SSS_MAX_EXITS]; // irradiance there
+    float density[TRACER_TILE_PIXELS][SSS_MAX_EXITS];  // kernels: summed over the group
+} tracer_tile;
 
 // Random numbers of one sample: a few stratified over the samples of a pixel, the others plain hashes.
 typedef struct tracer_random {
@@ -146,41 +164,131 @@ static inline float tracer_light_guess(const SCENE_SPACE scene *s, sss_vec3 posi
     return direct + scene_mean(scene_ambient_irradiance(scene_make_ambient(s, position), normal));
 }
 
-// The library at work: one lookup gives its exits and returns their number; the probes are added to *probes.
-static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
-                               sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
+// How wide a pixel is at a point.
+static inline float tracer_footprint(const SCENE_SPACE scene *s, tracer_settings settings,
+                                     sss_vec3 position) {
+    int side = settings.width < settings.height ? settings.width : settings.height;
+    float depth = scene_abs(scene_dot(scene_sub(position, s->eye), s->forward));
+    return depth * 2.0f * scene_sqrt(scene_dot(s->right, s->right)) / (float)side;
+}
+
+// The direction of ray i of TRACER_FEELERS, which look for other surfaces about an entry: one goes
+// straight in, three in and three out at 60 degrees from the normal. *cosine: with the normal.
+#define TRACER_FEELERS 7
+static inline sss_vec3 tracer_feeler(sss_vec3 normal, int i, float *cosine) {
+    *cosine = i == 0 ? -1.0f : i < 4 ? -0.5f : 0.5f;
+    return tracer_about(normal, *cosine, i == 0 ? 0.0f : 0.8660254f, (float)(i % 3) / 3.0f);
+}
+
+// The radius of the largest ball that touches the surface at the entry and holds no other surface,
+// as far as the feelers tell: a hit y allows |y - x|^2 / (2 |n.(y - x)|). What is nearer than
+// TRACER_NEAR is the entry itself.
+#define TRACER_NEAR 2e-3f
+static inline float tracer_radius(const SCENE_SPACE scene *s, sss_vec3 position, sss_vec3 normal) {
+    scene_hits hits;
+    float radius = 1e30f, cosine;
+    for (int i = 0; i < TRACER_FEELERS; i++) {
+        sss_vec3 direction = tracer_feeler(normal, i, &cosine);
+        scene_segment_hits(s, position, direction, 1e3f, &hits);
+        for (int k = 0; k < hits.count; k++) {
+            if (hits.hit[k].t < TRACER_NEAR) continue;
+            radius = scene_min(radius, hits.hit[k].t / (2.0f * scene_abs(cosine)));
+        }
+    }
+    return radius;
+}
+
+// An exit costs a ray to the light and one that goes on.
+#define TRACER_SHADING_COST 2.0f
+
+// What a lookup whose model is not given by the user asks for. The rest of settings.plan stays.
+static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settings, float footprint,
+                                     float radius) {
+    sss_need need;
+    need.footprint = footprint;
+    need.curvature_radius = radius;
+    need.shading_cost = settings.plan.tile > 1 ? TRACER_SHADING_COST : 0.0f;
+    need.tolerance = settings.tolerance;
+    need.hinted = settings.light_aware;
+
+    sss_plan chosen = sss_plan_for(m, &need), plan = settings.plan;
+    plan.techniques = chosen.techniques;
+    if (chosen.techniques == SSS_DISK || plan.candidates == 0) plan.candidates = chosen.candidates;
+    return plan;
+}
+
+// What sss_plan_for advises on sharing, and what goes with it, on a body on which the profile is right.
+static inline sss_plan tracer_sharing(const sss_medium *m, float footprint, int hinted) {
+    sss_need need;
+    need.footprint = footprint;
+    need.curvature_radius = 0.99f * m->r_max;
+    need.shading_cost = TRACER_SHADING_COST;
+    need.tolerance = 0.2f;
+    need.hinted = hinted;
+    return sss_plan_for(m, &need);
+}
+
+static inline sss_plan tracer_plan(const SCENE_SPACE scene *s, tracer_settings settings,
+                                   sss_vec3 position, sss_vec3 normal) {
     sss_medium medium = s->medium;
-    sss_plan plan = settings.method == TRACER_PLAIN ? tracer_plain_plan() : settings.plan;
-    int aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
+    if (settings.method == TRACER_PLAIN) return tracer_plain_plan();
+    if (!(settings.tolerance > 0.0f)) return settings.plan;
+    return tracer_choose(&medium, settings, tracer_footprint(s, settings, position),
+                         tracer_radius(s, position, normal));
+}
+
+// The library at work: one lookup from an entry on a shape. Returns the number of its exits, which
+// lie on the given shapes; the probes are added to *probes.
+static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_plan plan,
+                                sss_vec3 position, sss_vec3 normal, int shape, uint32_t seed,
+                                sss_exit *exits, int *shapes, uint32_t *probes) {
+    sss_medium medium = s->medium;
     sss_resampler resampler;
     sss_probe probe;
     scene_hits hits;
+    unsigned char found[SCENE_MAX_FOUND]; // the shape of each hit, in the order of the calls
+    int calls = 0, aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
     sss_begin(&resampler, &medium, &plan, position, normal, seed);
     while (sss_next_probe(&resampler, &probe)) {
         (*probes)++;
-        scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
+        if (plan.techniques == SSS_WALK) {
+            scene_way_out(s, probe.origin, probe.direction, probe.length, &hits);
+        } else {
+            scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
+        }
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
+            found[calls] = (unsigned char)hits.hit[i].shape;
+            if (calls < SCENE_MAX_FOUND - 1) calls++;
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
         }
     }
-    return sss_finish(&resampler, exits);
+    int count = sss_finish(&resampler, exits);
+    for (int i = 0; i < count; i++) {
+        int hit = exits[i].hit < calls ? exits[i].hit : calls;
+        shapes[i] = hit < 0 ? shape : (int)found[hit];
+    }
+    return count;
 }
 
-// The same as points to shade. Returns how many probes were traced.
-static inline uint32_t tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
-                                     sss_vec3 normal, uint32_t seed, tracer_points *points) {
-    sss_exit exits[SSS_MAX_EXITS];
-    uint32_t probes = 0u;
-    points->count = tracer_exits(s, settings, position, normal, seed, exits, &probes);
-    for (int i = 0; i < points->count; i++) {
+// The same for those who only want the exits.
+static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
+                               sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
+    int shapes[SSS_MAX_EXITS];
+    sss_plan plan = tracer_plan(s, settings, position, normal);
+    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, exits, shapes, probes);
+}
+
+static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, int count,
+                                      tracer_points *points) {
+    points->count = count;
+    for (int i = 0; i < count; i++) {
         points->point[i].position = exits[i].position;
         points->point[i].normal = exits[i].normal;
         points->point[i].weight = scene_vec(exits[i].weight[0], exits[i].weight[1], exits[i].weight[2]);
-        points->point[i].shape = scene_shape_at(s, exits[i].position);
+        points->point[i].shape = shapes[i];
     }
-    return probes;
 }
 
 // ---- The reference: the surface integral of Rd(|y - x|) E(y) by area sampling. It shares no code with the
@@ -265,25 +373,38 @@ static inline void tracer_area_points(const SCENE_SPACE scene *s, sss_vec3 posit
 
 // ---- The path
 
-// Shade all points; leave in points->point[0] the one that continues, its weight divided by the chance of its
-// draw.
-static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *points, sss_vec3 throughput,
-                                    int first, tracer_random *random) {
+typedef struct tracer_path {
+    tracer_random random;
+    sss_vec3 origin, direction, throughput;
+    int leaving;      // the shape that the origin lies on
+    uint32_t surface; // how many surfaces the path has met
+} tracer_path;
+
+// The irradiance at a point but for the one ray that goes on. `first`: of the path.
+static inline sss_vec3 tracer_irradiance(const SCENE_SPACE scene *s, tracer_point point, int first,
+                                         tracer_random *random) {
+    float u = first ? tracer_stratified(random, TRACER_STRATIFY_LIGHT) : tracer_next(random);
+    float v = first ? tracer_stratified(random, TRACER_STRATIFY_LIGHT + 1u) : tracer_next(random);
+    scene_ambient around = scene_make_ambient(s, point.position);
+    return scene_add(tracer_light(s, point, u, v), scene_ambient_irradiance(around, point.normal));
+}
+
+// Shade all points; leave in points->point[0] the one that continues, its weight divided by the
+// chance of its draw.
+static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *points,
+                                    tracer_path *path) {
     sss_vec3 radiance = scene_vec(0.0f, 0.0f, 0.0f);
     float total = 0.0f, chosen_weight = 1.0f;
     int chosen = 0;
     for (int k = 0; k < points->count; k++) {
         tracer_point point = points->point[k];
-        int stratify = first && k == 0;
-        float u = stratify ? tracer_stratified(random, TRACER_STRATIFY_LIGHT) : tracer_next(random);
-        float v = stratify ? tracer_stratified(random, TRACER_STRATIFY_LIGHT + 1u) : tracer_next(random);
-        sss_vec3 around = scene_ambient_irradiance(scene_make_ambient(s, point.position), point.normal);
-        sss_vec3 irradiance = scene_add(tracer_light(s, point, u, v), around);
-        radiance = scene_add(radiance, scene_mul(scene_scale(throughput, 1.0f / SCENE_PI),
+        int first = path->surface == 0u && k == 0;
+        sss_vec3 irradiance = tracer_irradiance(s, point, first, &path->random);
+        radiance = scene_add(radiance, scene_mul(scene_scale(path->throughput, 1.0f / SCENE_PI),
                                                  scene_mul(point.weight, irradiance)));
-        float weight = scene_dot(throughput, point.weight);
+        float weight = scene_dot(path->throughput, point.weight);
         total += weight;
-        if (points->count > 1 && tracer_next(random) * total < weight) chosen = k;
+        if (points->count > 1 && tracer_next(&path->random) * total < weight) chosen = k;
         if (chosen == k) chosen_weight = weight;
     }
     tracer_point next = points->point[chosen];
@@ -292,10 +413,11 @@ static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *p
     return radiance;
 }
 
-// The points that stand for a hit: the floor itself, or the exits of the light that leaves the object here.
-static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
-                                  int shape, uint32_t surface, tracer_random *random, tracer_points *points,
-                                  tracer_result *result) {
+// The points that stand for a hit: the floor itself, or the exits of the light that leaves the
+// object here.
+static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings settings,
+                                  sss_vec3 position, int shape, tracer_path *path,
+                                  tracer_points *points, tracer_result *result) {
     if (shape == SCENE_FLOOR) {
         points->count = 1;
         points->point[0].position = scene_vec(position.x, 0.0f, position.z);
@@ -306,55 +428,291 @@ static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings se
     }
     sss_vec3 normal = scene_normal(&s->shape[shape], position);
     if (settings.method == TRACER_REFERENCE) {
-        tracer_area_points(s, position, random, points);
-        result->shaded += (uint32_t)points->count;
+        tracer_area_points(s, position, &path->random, points);
     } else {
-        uint32_t seed = sss_hash(random->sample_key, 0x40000000u + surface);
-        result->probes += tracer_lookup(s, settings, position, normal, seed, points);
-        result->shaded += (uint32_t)points->count;
+        sss_exit exits[SSS_MAX_EXITS];
+        int shapes[SSS_MAX_EXITS];
+        sss_plan plan = tracer_plan(s, settings, position, normal);
+        uint32_t seed = sss_hash(path->random.sample_key, 0x40000000u + path->surface);
+        int count = tracer_lookup(s, settings, plan, position, normal, shape, seed, exits, shapes,
+                                  &result->probes);
+        tracer_exit_points(exits, shapes, count, points);
+    }
+    result->shaded += (uint32_t)points->count;
+}
+
+// The path goes on from a point by one ray. Returns the radiance along it that has been counted
+// already.
+static inline sss_vec3 tracer_go_on(const SCENE_SPACE scene *s, tracer_point from,
+                                    tracer_path *path) {
+    tracer_random *random = &path->random;
+    int first = path->surface == 0u;
+    float u = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION) : tracer_next(random);
+    float v = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
+    path->direction = tracer_about(from.normal, scene_sqrt(1.0f - u), scene_sqrt(u), v);
+    path->origin = from.position;
+    path->leaving = from.shape;
+    path->surface++;
+    return scene_ambient_radiance(scene_make_ambient(s, path->origin), path->direction);
+}
+
+// Adds what a path gathers along its ray and behind it.
+static inline void tracer_follow(const SCENE_SPACE scene *s, tracer_settings settings,
+                                 tracer_path *path, tracer_result *result) {
+    tracer_points points;
+    while (path->origin.y >= 0.0f) { // below the floor it is dark
+        scene_hit hit = scene_nearest(s, path->origin, path->direction, path->leaving);
+        if (hit.shape == SCENE_NOTHING) {
+            sss_vec3 sky = scene_sky(s, path->direction);
+            result->radiance = scene_add(result->radiance, scene_mul(path->throughput, sky));
+            return;
+        }
+        if (path->surface == TRACER_MAX_SURFACES) return;
+        sss_vec3 position = scene_along(path->origin, path->direction, hit.t);
+        tracer_surface(s, settings, position, hit.shape, path, &points, result);
+        if (points.count == 0) return;
+        result->radiance = scene_add(result->radiance, tracer_shade(s, &points, path));
+        path->throughput = scene_mul(path->throughput, points.point[0].weight);
+        if (!(scene_mean(path->throughput) > 0.0f)) return;
+        sss_vec3 expected = tracer_go_on(s, points.point[0], path);
+        result->radiance = scene_sub(result->radiance, scene_mul(path->throughput, expected));
     }
 }
 
-static inline tracer_result tracer_sample(const SCENE_SPACE scene *s, tracer_settings settings, int x, int y,
-                                          uint32_t sample) {
-    tracer_result result;
-    tracer_points points;
+static inline tracer_path tracer_begin(const SCENE_SPACE scene *s, tracer_settings settings, int x,
+                                       int y, uint32_t sample) {
+    tracer_path path;
     uint32_t pixel = (uint32_t)y * (uint32_t)settings.width + (uint32_t)x;
     // A reference never shares its noise with the picture that is measured against it.
     uint32_t stream = settings.method == TRACER_REFERENCE ? 0x52656675u : 0u;
-    tracer_random random = tracer_random_begin(settings.seed ^ stream, pixel, sample);
-    float px = (float)x + tracer_stratified(&random, TRACER_STRATIFY_PIXEL);
-    float py = (float)y + tracer_stratified(&random, TRACER_STRATIFY_PIXEL + 1u);
-    sss_vec3 origin = s->eye, direction = tracer_camera(s, settings.width, settings.height, px, py);
-    sss_vec3 throughput = scene_vec(1.0f, 1.0f, 1.0f);
-    int leaving = SCENE_NOTHING;
+    path.random = tracer_random_begin(settings.seed ^ stream, pixel, sample);
+    float px = (float)x + tracer_stratified(&path.random, TRACER_STRATIFY_PIXEL);
+    float py = (float)y + tracer_stratified(&path.random, TRACER_STRATIFY_PIXEL + 1u);
+    path.origin = s->eye;
+    path.direction = tracer_camera(s, settings.width, settings.height, px, py);
+    path.throughput = scene_vec(1.0f, 1.0f, 1.0f);
+    path.leaving = SCENE_NOTHING;
+    path.surface = 0u;
+    return path;
+}
+
+static inline tracer_result tracer_no_result(void) {
+    tracer_result result;
     result.radiance = scene_vec(0.0f, 0.0f, 0.0f);
     result.probes = result.shaded = 0u;
-    for (uint32_t surface = 0u; surface <= TRACER_MAX_SURFACES; surface++) {
-        if (origin.y < 0.0f) break; // below the floor it is dark
-        scene_hit hit = scene_nearest(s, origin, direction, leaving);
-        if (hit.shape == SCENE_NOTHING) {
-            result.radiance = scene_add(result.radiance, scene_mul(throughput, scene_sky(s, direction)));
-            break;
-        }
-        if (surface == TRACER_MAX_SURFACES) break;
-        tracer_surface(s, settings, scene_along(origin, direction, hit.t), hit.shape, surface, &random,
-                       &points, &result);
-        if (points.count == 0) break;
-        int first = surface == 0u;
-        result.radiance = scene_add(result.radiance, tracer_shade(s, &points, throughput, first, &random));
-        tracer_point next = points.point[0];
-        throughput = scene_mul(throughput, next.weight);
-        if (!(scene_mean(throughput) > 0.0f)) break;
-        float u = first ? tracer_stratified(&random, TRACER_STRATIFY_DIRECTION) : tracer_next(&random);
-        float v = first ? tracer_stratified(&random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(&random);
-        direction = tracer_about(next.normal, scene_sqrt(1.0f - u), scene_sqrt(u), v);
-        origin = next.position;
-        leaving = next.shape;
-        sss_vec3 expected = scene_ambient_radiance(scene_make_ambient(s, origin), direction);
-        result.radiance = scene_sub(result.radiance, scene_mul(throughput, expected));
-    }
     return result;
+}
+
+static inline tracer_result tracer_sample(const SCENE_SPACE scene *s, tracer_settings settings,
+                                          int x, int y, uint32_t sample) {
+    tracer_result result = tracer_no_result();
+    tracer_path path = tracer_begin(s, settings, x, y, sample);
+    tracer_follow(s, settings, &path, &result);
+    return result;
+}
+
+// ---- Tiles: paths that share their exits
+//
+// A member of a tile is a path that meets the object first, with a plan that may share. It begins
+// alone: it looks up its exits and estimates the irradiance of each, with the one ray that goes on
+// and all behind it. Then all exits of the tile serve all members. A path that is no member is
+// traced as ever. Who is a member depends on where paths enter and on nothing that a lookup draws,
+// which is what sss_share asks for.
+
+// The side of the tiles in use, in pixels; 1: none.
+static inline int tracer_tile_side(tracer_settings settings) {
+    int side = settings.method == TRACER_RESAMPLED ? settings.plan.tile : 1;
+    return side < 1 ? 1 : side > TRACER_MAX_TILE ? TRACER_MAX_TILE : side;
+}
+
+// How far the grid of tiles is shifted to the left (axis 0) or up (1), so that each sample has its
+// borders elsewhere.
+static inline int tracer_tile_shift(tracer_settings settings, uint32_t sample, uint32_t axis) {
+    uint32_t number = sss_hash(sss_hash(settings.seed, 0x74696c65u + axis), sample);
+    return (int)(number % (uint32_t)tracer_tile_side(settings));
+}
+
+// How many rows (axis 1) or columns (0) of tiles cover the picture.
+static inline int tracer_tile_count(tracer_settings settings, uint32_t sample, uint32_t axis) {
+    int side = tracer_tile_side(settings), size = axis == 0u ? settings.width : settings.height;
+    return (size + tracer_tile_shift(settings, sample, axis) + side - 1) / side;
+}
+
+// Where pixel i of a tile is; 0 if that is outside of the picture.
+static inline int tracer_tile_pixel(tracer_settings settings, uint32_t sample, int column, int row,
+                                    int i, int *x, int *y) {
+    int side = tracer_tile_side(settings);
+    *x = column * side - tracer_tile_shift(settings, sample, 0u) + i % side;
+    *y = row * side - tracer_tile_shift(settings, sample, 1u) + i / side;
+    return i < side * side && *x >= 0 && *x < settings.width && *y >= 0 && *y < settings.height;
+}
+
+// A condition of sss_share: techniques that reach everything, or a disk that sss_plan_for chose
+// because all is flat. The exits of walks serve nobody else.
+static inline int tracer_may_share(tracer_settings settings, sss_plan plan) {
+    if (plan.techniques == SSS_DISK) return settings.tolerance > 0.0f;
+    return plan.techniques == 0u || (plan.techniques & SSS_CHORD) != 0u;
+}
+
+static inline void tracer_tile_clear(TRACER_TILE_SPACE tracer_tile *tile, int i) {
+    tile->group[i] = -1;
+    tile->count[i] = 0;
+}
+
+// Pixel i of a tile, up to where it needs the others. Returns what it cost; its radiance, if it is
+// no member.
+static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer_settings settings,
+                                              int x, int y, uint32_t sample, int i,
+                                              TRACER_TILE_SPACE tracer_tile *tile) {
+    tracer_result result = tracer_no_result();
+    tracer_path path = tracer_begin(s, settings, x, y, sample);
+    tracer_points points;
+    sss_exit exits[SSS_MAX_EXITS];
+    int shapes[SSS_MAX_EXITS];
+    sss_plan plan = settings.plan;
+    scene_hit hit = scene_nearest(s, path.origin, path.direction, SCENE_NOTHING);
+    sss_vec3 position = scene_along(path.origin, path.direction, hit.t);
+    sss_vec3 normal = path.direction;
+    int shares = hit.shape >= 0;
+
+    tracer_tile_clear(tile, i);
+    if (shares) {
+        normal = scene_normal(&s->shape[hit.shape], position);
+        plan = tracer_plan(s, settings, position, normal);
+        shares = tracer_may_share(settings, plan);
+    }
+    if (!shares) {
+        tracer_follow(s, settings, &path, &result);
+        return result;
+    }
+
+    uint32_t seed = sss_hash(path.random.sample_key, 0x40000000u);
+    int count = tracer_lookup(s, settings, plan, position, normal, hit.shape, seed, exits, shapes,
+                              &result.probes);
+    result.shaded = (uint32_t)count;
+    tile->group[i] = 0;
+    tile->count[i] = count;
+    tile->entry[i] = position;
+    tile->footprint[i] = tracer_footprint(s, settings, position);
+    if (count == 0) return result;
+
+    // One of the exits goes on. What its ray brings, over the chance of its choice, belongs to it.
+    float total = 0.0f, chosen_weight = 1.0f;
+    int chosen = 0;
+    tracer_exit_points(exits, shapes, count, &points);
+    for (int k = 0; k < count; k++) {
+        tile->exit[i][k] = exits[k];
+        tile->light[i][k] = tracer_irradiance(s, points.point[k], k == 0, &path.random);
+        float weight = scene_mean(points.point[k].weight);
+        total += weight;
+        if (count > 1 && tracer_next(&path.random) * total < weight) chosen = k;
+        if (chosen == k) chosen_weight = weight;
+    }
+    if (!(chosen_weight > 0.0f)) return result;
+    sss_vec3 expected = tracer_go_on(s, points.point[chosen], &path);
+    tracer_follow(s, settings, &path, &result);
+    sss_vec3 more = scene_scale(scene_sub(result.radiance, expected),
+                                SCENE_PI * total / chosen_weight);
+    tile->light[i][chosen] = scene_add(tile->light[i][chosen], more);
+    result.radiance = scene_vec(0.0f, 0.0f, 0.0f);
+    return result;
+}
+
+// The distance of a group's neighbours: a pixel's width at its first member.
+static inline float tracer_tile_spacing(const TRACER_TILE_SPACE tracer_tile *tile, int group) {
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        if (tile->group[i] == group) return tile->footprint[i];
+    }
+    return 0.0f;
+}
+
+// The host's second half: adds what all exits of a group bring to each of its members.
+static inline void tracer_tile_share(const sss_medium *m,
+                                     const TRACER_TILE_SPACE tracer_tile *tile, int group,
+                                     sss_vec3 *radiance) {
+    sss_entry entry[TRACER_TILE_PIXELS];
+    float weight[TRACER_TILE_PIXELS][3], spacing = tracer_tile_spacing(tile, group);
+    int pixel[TRACER_TILE_PIXELS], members = 0;
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        if (tile->group[i] != group) continue;
+        entry[members].position = tile->entry[i];
+        entry[members].medium = m;
+        pixel[members++] = i;
+    }
+    for (int own = 0; own < members; own++) {
+        for (int k = 0; k < tile->count[pixel[own]]; k++) {
+            sss_vec3 light = tile->light[pixel[own]][k];
+            sss_exit exit = tile->exit[pixel[own]][k];
+            sss_share(&exit, entry, members, own, spacing, weight);
+            for (int i = 0; i < members; i++) {
+                sss_vec3 w = scene_vec(weight[i][0], weight[i][1], weight[i][2]);
+                sss_vec3 brought = scene_scale(scene_mul(w, light), 1.0f / SCENE_PI);
+                radiance[pixel[i]] = scene_add(radiance[pixel[i]], brought);
+            }
+        }
+    }
+}
+
+// One sample of each pixel of a tile: their radiances, and what they cost together.
+static inline tracer_result tracer_tile_sample(const SCENE_SPACE scene *s, tracer_settings settings,
+                                               int column, int row, uint32_t sample,
+                                               TRACER_TILE_SPACE tracer_tile *tile,
+                                               sss_vec3 *radiance) {
+    sss_medium medium = s->medium;
+    tracer_result all = tracer_no_result();
+    int x, y;
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        tracer_tile_clear(tile, i);
+        radiance[i] = scene_vec(0.0f, 0.0f, 0.0f);
+        if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
+        tracer_result one = tracer_tile_begin(s, settings, x, y, sample, i, tile);
+        radiance[i] = one.radiance;
+        all.probes += one.probes;
+        all.shaded += one.shaded;
+    }
+    tracer_tile_share(&medium, tile, 0, radiance);
+    return all;
+}
+
+// The same for a kernel, where each work-item has its own pixels. First the density of pixel own's
+// exits, summed over the entries of the group ...
+static inline void tracer_tile_densities(const SCENE_SPACE scene *s, int own,
+                                         TRACER_TILE_SPACE tracer_tile *tile) {
+    sss_medium medium = s->medium;
+    for (int k = 0; k < tile->count[own]; k++) {
+        sss_exit exit = tile->exit[own][k];
+        float sum = 0.0f;
+        for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+            if (tile->group[i] != tile->group[own]) continue;
+            sum += sss_share_density(&medium, tile->entry[i], &exit);
+        }
+        tile->density[own][k] = sum;
+    }
+}
+
+// ... then what all exits of the group bring to pixel i.
+static inline sss_vec3 tracer_tile_gather(const SCENE_SPACE scene *s, int i,
+                                          const TRACER_TILE_SPACE tracer_tile *tile) {
+    sss_medium medium = s->medium;
+    sss_vec3 radiance = scene_vec(0.0f, 0.0f, 0.0f);
+    float spacing = tracer_tile_spacing(tile, tile->group[i]), weight[3];
+    for (int own = 0; own < TRACER_TILE_PIXELS; own++) {
+        if (tile->group[own] != tile->group[i]) continue;
+        for (int k = 0; k < tile->count[own]; k++) {
+            sss_exit exit = tile->exit[own][k];
+            int has_mass = exit.mass > 0.0f;
+            if (has_mass)
+                sss_share_weight(&medium, tile->entry[i], &exit, tile->density[own][k], weight);
+            for (int c = 0; c < 3; c++) {
+                if (has_mass && sss_is_shared(&medium, c, spacing)) continue;
+                weight[c] = own == i ? exit.weight[c] : 0.0f;
+            }
+            sss_vec3 w = scene_vec(weight[0], weight[1], weight[2]);
+            sss_vec3 brought = scene_scale(scene_mul(w, tile->light[own][k]), 1.0f / SCENE_PI);
+            radiance = scene_add(radiance, brought);
+        }
+    }
+    return radiance;
 }
 
 // Does the pixel's centre ray meet the translucent object? Errors are measured over these pixels.

@@ -77,19 +77,27 @@ do for [name in names] {
     unset multiplot
 }
 
-w = 1.2; tall = 1750.0 / 1400
-set terminal pngcairo enhanced size 1400, 1750 font 'DejaVu Sans,10.5'
-set output out.".png"
-set multiplot
-do for [i = 1:words(names)] {
-    name = word(names, i)
-    x0 = 0.5 * ((i - 1) % 2); y0 = 0.8 - 0.2 * ((i - 1) / 2)
-    do for [side = 0:1] {
-        command = half(name, side, x0 + 0.245 * side, x0 + 0.245 * side + 0.245, y0 + 0.008, y0 + 0.155)
-        plot_at = strstrt(command, "plot ")
-        eval(command[1:plot_at - 1])
-        if (side == 0) { eval(heading(name, x0, x0 + 0.49, y0, y0 + 0.187)) }
-        eval(command[plot_at:*])
+# All panels on one sheet, and four on another; a panel takes 700 by 350.
+w = 1.2
+four = "edge hits wall bumps"
+do for [sheet = 0:1] {
+    shown = sheet ? four : names
+    rows = words(shown) / 2
+    share = 1.0 / rows
+    tall = 0.25 * rows
+    set terminal pngcairo enhanced size 1400, 350 * rows font (sheet ? 'DejaVu Sans,13' : 'DejaVu Sans,10.5')
+    set output out.(sheet ? "-four" : "").".png"
+    set multiplot
+    do for [i = 1:words(shown)] {
+        name = word(shown, i)
+        x0 = 0.5 * ((i - 1) % 2); y0 = 1 - share * (1 + (i - 1) / 2)
+        do for [side = 0:1] {
+            command = half(name, side, x0 + 0.245 * side, x0 + 0.245 * side + 0.245, y0 + 0.04 * share, y0 + 0.775 * share)
+            plot_at = strstrt(command, "plot ")
+            eval(command[1:plot_at - 1])
+            if (side == 0) { eval(heading(name, x0, x0 + 0.49, y0, y0 + 0.935 * share)) }
+            eval(command[plot_at:*])
+        }
     }
+    unset multiplot
 }
-unset multiplot

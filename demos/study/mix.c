@@ -59,6 +59,8 @@ static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, ui
     sss_probe probe;
     sss_exit exit;
     scene_hits hits;
+    unsigned char found[SCENE_MAX_FOUND];
+    int calls = 0;
     sss_plan p = {0, 1, 0, 0, 0, 0};
     p.candidates = plan->candidates;
     p.independent = plan->independent;
@@ -70,12 +72,13 @@ static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, ui
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 x = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 n = scene_normal(&s->shape[hits.hit[i].shape], x);
+            found[calls++] = (unsigned char)hits.hit[i].shape;
             sss_add_hit(&r, x, n, plan->hinted ? mix_light(s, x, n, 0, 1) : 1.0f);
         }
     }
     value[0] = value[1] = value[2] = 0.0;
     if (!sss_finish(&r, &exit)) return;
-    float light = mix_light(s, exit.position, exit.normal, scene_shape_at(s, exit.position), 0);
+    float light = mix_light(s, exit.position, exit.normal, found[exit.hit], 0);
     for (int c = 0; c < 3; c++) value[c] = (double)(exit.weight[c] * light);
 }
 

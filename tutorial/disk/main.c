@@ -1,106 +1,114 @@
 // disk - a disk probe and its Jacobian. Chapter 4 of the tutorial; SPDX-License-Identifier: MIT
-#include "tutorial/tutorial.h"
+#include "tutorial/ball.h"
 
 // Change these and see what happens.
-static const vec albedo = {0.8, 0.5, 0.35};
-static const vec dmfp = {2, 0.35, 0.15};
-static const vec to_sun = {-0.8, 0.5, 0.2};
-static const double sun = 5, sky = 0.4;
-static const int samples = 16; // for each pixel
+static const int samples = 16;            // for each pixel
+static const int for_error = 2048;        // for each block of pixels in the last panel
+enum { SIDE = 240, BLOCK = 4 }; // pixels; the last panel has blocks of them
+enum { EXACT, DISK, NO_JACOBIAN, FIRST_HIT, PER_HIT, WAYS };
 
-static const double radius = 1;
-static const vec eye = {0, 0, 7};
-enum { SIDE = 240 };
-enum { AREA, DISK, NO_JACOBIAN, FIRST_HIT, PER_HIT, WAYS }; // ways to estimate, of which the first two are right
-static const char *const way_name[WAYS] = {"points on the area", "disk probes", "without the Jacobian",
-                                           "first hit only", "divided by hits"};
+// [cast]
+// A line along the normal n through a point of the disk about x. Returns its hits with the ball,
+// and the distance r_a of the line from x.
+static int cast(vec x, vec n, hit hits[2], double *r_a) {
+    double turn = 2 * pi * rnd(), t[2];
+    vec tangent, bitangent;
 
-static double burley_length(double a, double free_path) { return free_path / (3.5 + 100 * pow(a - 0.33, 4)); }
-static double burley(double a, double d, double r) { return a * (exp(-r / d) + exp(-r / (3 * d))) / (8 * pi * d * r); }
-static double burley_within(double a, double d, double r) {
-    return a * (1 - exp(-r / d) / 4 - exp(-r / (3 * d)) * 3 / 4);
-}
-static vec colour_lengths(void) {
-    return (vec){burley_length(albedo.x, dmfp.x), burley_length(albedo.y, dmfp.y), burley_length(albedo.z, dmfp.z)};
-}
-static vec profile(double r) {
-    vec d = colour_lengths();
-    return (vec){burley(albedo.x, d.x, r), burley(albedo.y, d.y, r), burley(albedo.z, d.z, r)};
-}
-static double irradiance(vec n) { return sun * greater(0, dot(n, unit(to_sun))) + sky; }
+    frame(n, &tangent, &bitangent);
+    *r_a = disk_radius(0); // for red
+    vec o = along(x, tangent, *r_a * cos(turn));
+    o = along(o, bitangent, *r_a * sin(turn));
 
-// [hits]
-// Where a line of unit direction meets the ball: 0 or 2 distances, which may be negative.
-static int ball(vec o, vec d, double t[2]) {
-    double b = dot(o, d), c = dot(o, o) - radius * radius;
-    if (b * b <= c) return 0;
-    t[0] = -b - sqrt(b * b - c);
-    t[1] = -b + sqrt(b * b - c);
-    return 2;
+    int count = ball(o, n, t);
+    for (int i = 0; i < count; i++) {
+        vec y = along(o, n, t[i]);
+        hits[i] = (hit){t[i], y, unit(y)};
+    }
+    return count;
 }
-// [/hits]
-
-// [radius]
-// A distance with the density 2 pi r P(r): an exponential of mean d with the chance 1/4, of mean 3 d with 3/4.
-static double disk_radius(double d) {
-    double scale_of = rnd() < 0.25 ? d : 3 * d;
-    return -scale_of * log(rnd());
-}
-// [/radius]
+// [/cast]
 
 // [probe]
-// An estimate of the integral of Rd E over the ball; lit = 0 stands for a light of 1 from everywhere.
-static vec disk_probe(vec x, vec n, int way, int lit) {
-    double d = colour_lengths().x, r = disk_radius(d), turn = 2 * pi * rnd(), t[2];
-    vec tangent, bitangent, sum = {0, 0, 0};
-    frame(n, &tangent, &bitangent);
-    vec o = along(along(x, tangent, r * cos(turn)), bitangent, r * sin(turn));
-    int hits = ball(o, n, t);
-    for (int i = 0; i < hits; i++) {
-        vec y = along(o, n, t[i]), normal = unit(y);
-        double density = burley(1, d, r) * fabs(dot(normal, n));
-        if (way == NO_JACOBIAN) density = burley(1, d, r);
-        if (way == FIRST_HIT && i != hits - 1) continue; // the probe comes from above: the last one along n
-        vec f = scale(profile(length(sub(y, x))), lit ? irradiance(normal) : 1);
+// An estimate of the integral of Rd E over the ball, by one probe.
+static vec disk_probe(vec x, double (*light)(vec n)) {
+    vec n = unit(x), sum = {0, 0, 0};
+    hit hits[2];
+    double r_a;
+    int count = cast(x, n, hits, &r_a);
+
+    for (int i = 0; i < count; i++) {
+        double density = unit_profile(0, r_a) * fabs(dot(hits[i].n, n));
+        vec f = scale(profile(length(sub(hits[i].y, x))), light(hits[i].n));
         sum = add(sum, scale(f, 1 / density));
     }
-    return way == PER_HIT && hits ? scale(sum, 1.0 / hits) : sum;
+    return sum;
 }
 // [/probe]
 
-static vec area_point(vec x, int lit) {
-    vec n = rnd_on_unit_sphere(), y = scale(n, radius);
-    return scale(profile(length(sub(y, x))), (lit ? irradiance(n) : 1) * 4 * pi * radius * radius);
-}
-static vec exitance(vec x, int way, int lit) {
-    return way == AREA ? area_point(x, lit) : disk_probe(x, unit(x), way, lit);
-}
+// The same with a bug.
+static vec wrong_probe(vec x, double (*light)(vec n), int bug) {
+    vec n = unit(x), sum = {0, 0, 0};
+    hit hits[2];
+    double r_a;
+    int count = cast(x, n, hits, &r_a);
 
-static vec pixel(int px, int py, int way) {
-    vec sum = {0, 0, 0};
-    for (int i = 0; i < samples; i++) {
-        double u = (px + rnd()) / SIDE - 0.5, v = 0.5 - (py + rnd()) / SIDE, t[2];
-        vec d = unit((vec){0.36 * u, 0.36 * v, -1});
-        int hits = ball(eye, d, t);
-        sum = add(sum, hits ? scale(exitance(along(eye, d, t[0]), way, 1), 1 / pi) : background);
+    for (int i = 0; i < count; i++) {
+        double density = unit_profile(0, r_a);
+        if (bug != NO_JACOBIAN) density *= fabs(dot(hits[i].n, n));
+        if (bug == PER_HIT) density *= count;
+        if (bug == FIRST_HIT && i < count - 1) continue; // from outside the last one comes first
+        vec f = scale(profile(length(sub(hits[i].y, x))), light(hits[i].n));
+        sum = add(sum, scale(f, 1 / density));
     }
-    return scale(sum, 1.0 / samples);
+    return sum;
 }
 
-// The estimate under light of 1 from everywhere over the exact sum: 1 if all is well.
-static void print_energy(int way) {
-    double sum = 0, n = 500000, exact = burley_within(albedo.x, colour_lengths().x, 2 * radius);
-    for (int i = 0; i < n; i++) sum += exitance((vec){0, radius, 0}, way, 0).x;
-    printf("energy, %s: %.2f\n", way_name[way], sum / n / exact);
+static double of_one(vec n) { return n.x < 2 ? 1 : 0; } // an irradiance of 1 everywhere
+static vec exitance(vec x, int way) {
+    if (way == EXACT) return exact(x);
+    return way == DISK ? disk_probe(x, irradiance) : wrong_probe(x, irradiance, way);
+}
+
+// The error without the Jacobian, in red, over the exact radiance: the mean over many probes.
+static void draw_error(sheet *s, int panel) {
+    for (int i = 0; i < SIDE * SIDE / (BLOCK * BLOCK); i++) {
+        int x = i % (SIDE / BLOCK), y = i / (SIDE / BLOCK);
+        uint64_t state = rnd_state;
+        vec right = pixel(x, y, SIDE / BLOCK, for_error, exitance, EXACT);
+        rnd_state = state;
+        vec wrong = pixel(x, y, SIDE / BLOCK, for_error, exitance, NO_JACOBIAN);
+        for (int k = 0; k < BLOCK * BLOCK; k++) {
+            sheet_error(s, panel, x * BLOCK + k % BLOCK, y * BLOCK + k / BLOCK,
+                        2 * (wrong.x / right.x - 1)); // full colour at 50 %
+        }
+    }
+}
+
+// The estimate under an irradiance of 1 over the exact value: 1 if all is well.
+static void print_energy(const char *name, int way) {
+    double sum = 0, n = 500000, right = albedo[0] * unit_within(0, 2 * radius);
+    vec x = {0, radius, 0};
+
+    for (int i = 0; i < n; i++) {
+        sum += (way == DISK ? disk_probe(x, of_one) : wrong_probe(x, of_one, way)).x;
+    }
+    printf("energy, %s: %.2f\n", name, sum / n / right);
 }
 
 int main(int argc, char **argv) {
-    sheet s = sheet_begin(argc, argv, 3, SIDE, SIDE);
-    for (int way = AREA; way <= NO_JACOBIAN; way++) {
-        sheet_text(&s, way, 0, -9, "%s", way_name[way]);
-        for (int y = 0; y < SIDE; y++)
-            for (int x = 0; x < SIDE; x++) sheet_pixel(&s, way, x, y, pixel(x, y, way));
+    sheet s = sheet_begin(argc, argv, 4, SIDE, SIDE);
+    static const char *const title[WAYS] = {"exact", "disk probes", "without the Jacobian",
+                                            "first hit only", "divided by hits"};
+
+    for (int way = EXACT; way <= NO_JACOBIAN; way++) {
+        sheet_title(&s, way, title[way]);
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            vec seen = pixel(i % SIDE, i / SIDE, SIDE, samples, exitance, way);
+            sheet_pixel(&s, way, i % SIDE, i / SIDE, seen);
+        }
     }
-    for (int way = 0; way < WAYS; way++) print_energy(way);
+    sheet_title(&s, 3, "its error: too dark");
+    draw_error(&s, 3);
+    for (int way = DISK; way < WAYS; way++) print_energy(title[way], way);
     return sheet_end(&s);
 }

@@ -198,11 +198,11 @@ def shadow():
     s.text(
         0.5 * (a + b),
         46,
-        "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dA",
+        "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dS",
         "b f-blue",
         "middle",
     )
-    s.text(m[0] - 34, m[1] + 34, "dA", "b f-blue", "end")
+    s.text(m[0] - 34, m[1] + 34, "dS", "b f-blue", "end")
     return s
 
 
@@ -322,14 +322,14 @@ def sphere():
     s.text(246, 186, "o", "it b", "end")
     s.text(250, 126, "h", "it b f-orange", "end")
     s.text(y[0] - 12, y[1] - 14, "y", "it b", "end")
-    s.text(396, 160, "w", "it b f-blue")
+    s.text(396, 160, "ω", "it b f-blue")
     s.text(
         424,
         216,
-        "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·w| dA / |y - o|²",
+        "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·ω| dS / |y - o|²",
         "b f-blue",
     )
-    s.text(424, 240, "is the angle that dA fills", "small")
+    s.text(424, 240, "is the angle that dS fills", "small")
     return s
 
 
@@ -373,9 +373,9 @@ def chord():
     s.text(y[0] + 12, y[1] - 8, "y", "it b")
     s.text(340, 60, "Two uniform points of", "")
     s.text(340, 84, "the sphere, joined.", "")
-    s.text(340, 124, "It crosses a piece dA", "b f-blue")
+    s.text(340, 124, "It crosses a piece dS", "b f-blue")
     s.text(340, 148, "with the chance", "b f-blue")
-    s.text(340, 172, "dA / (2π ρ²), wherever", "b f-blue")
+    s.text(340, 172, "dS / (2π ρ²), wherever", "b f-blue")
     s.text(340, 196, "and however it lies.", "b f-blue")
     return s
 

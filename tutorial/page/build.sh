@@ -43,9 +43,9 @@ part() {
         -e "1s/\$/ {#$1}/" -e "s|](figure\.png)|]($out/pictures/$1.webp)|" \
         -e "s|^!\[\(.*\)\](../page/still/\([a-z]*\)\.webp)\$|$still|" \
         -e "s|^!\[\(.*\)\](../drawings/\([a-z]*\)\.svg)\$|$drawing|" \
-        -e 's|](../../|](../|g' -e 's|](../README\.md)|](#contents)|g' \
+        -e 's|](../README\.md)|](#contents)|g' \
         -e 's|](\(\.\./\)\{0,1\}\([a-z]*\)/README\.md)|](#\2)|g' \
-        -e 's|](tutorial\.h)|](../tutorial/tutorial.h)|' "$2"
+        -e 's|](\(\.\./\)\{0,1\}\([a-z]*\)\.h)|](../../tutorial/\2.h)|g' "$2"
     echo
 }
 
