@@ -185,7 +185,7 @@ def first_to(field, cost, target):
 def which(rows, out):
     charges = np.logspace(-0.5, 2.5, 31)
     spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
-    figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), sharex=True, sharey=True)
+    figure, axes = plt.subplots(2, 2, figsize=(13.5, 7.4), sharex=True, sharey=True)
     used = set()
     for (j, target), (i, hinted) in [(y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])]:
         ax = axes[j, i]
@@ -205,7 +205,7 @@ def which(rows, out):
         ax.set_title(f"to {100 * target:.0f} % error, " + ("hinted by n·l + .05" if hinted else "no hint"))
         ax.set_xticks(range(len(spots)))
         ax.set_xticklabels([f"{thick:.2g}\n{scene}" for scene, _, thick in spots.itertuples(index=False)],
-                           fontsize=7)
+                           fontsize=6.5)
         if j == 1:
             ax.set_xlabel("thickness of the body, in diffuse mean free paths")
         if i == 0:
