@@ -44,6 +44,10 @@ static const char usage[] =
     "  --up AXIS          the file's axis that points up: y, or z (default of STL files)\n"
     "  --turn DEGREES     see the object from this much further to the right (0)\n"
     "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --share            the resampled picture shares its exits over tiles of pixels\n"
+    "  --tolerance E      choose the model of each resampled lookup: by volume, profile or Lambert,\n"
+    "                     whichever is cheapest for this relative error\n"
+    "  --models           with --tolerance: colour the object by the model chosen\n"
     "  --candidates M     probes of each resampled lookup (8)\n"
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
     "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES WINDOW_HELP_INTERRUPT;
@@ -84,7 +88,7 @@ typedef struct card {
 typedef struct run {
     tracer_settings settings;
     image half[2], preview;
-    int pixel, previewed; // pixel: how many of the pass or the preview under way are done
+    int unit, previewed;  // unit: how many of the pass or the preview under way are done
     uint32_t spp[2];      // complete passes of each half
     card card;
 } run;
@@ -92,7 +96,8 @@ typedef struct run {
 // What the user wants to see.
 typedef struct view {
     float turn, tilt, zoom;
-    int candidates, light_aware;
+    int candidates, light_aware, shares, models;
+    float tolerance; // 0: the profile everywhere
     sss_medium medium;
 } view;
 
@@ -119,10 +124,16 @@ typedef struct viewer {
 
     mesh_world world; // the painter's, with all below; the window reads world.m, which is constant
     run run[RUNS];
-    unsigned char *mask; // which pixels' middles show the object
+    unsigned char *mask; // which pixels' middles show the object, and by which of the models below
+    int colours;         // the object is coloured by them
     int masked;          // rows of it that are done
     double begun;        // when the view was taken
 } viewer;
+
+// What the mask holds. 0: not the object.
+enum { BY_PROFILE = 1, BY_DISK, BY_WALK, BY_LAMBERT, MODELS };
+static const char *const model_name[MODELS] = {"", "profile", "one disk", "volume", "Lambert"};
+static const unsigned model_colour[MODELS] = {0u, 0x4c9be8ffu, 0x7fd1aeffu, 0xf2a33affu, 0xd8d8d8ffu};
 
 // ---- The file
 
@@ -267,10 +278,20 @@ static void restart_run(run *r) {
         r->spp[h] = 0;
     }
     memset(r->preview.rgb, 0, image_count(r->preview.width, r->preview.height) * sizeof(float));
-    r->pixel = r->previewed = 0;
+    r->unit = r->previewed = 0;
     r->card.probes = r->card.shaded = 0;
     r->card.passes = r->card.seconds = 0.0;
     r->card.noise = -1.0;
+}
+
+// Tiles as the plan advises them.
+static void set_sharing(const viewer *v, tracer_settings *settings, int shares) {
+    const scene *s = &v->world.s;
+    sss_vec3 middle = scene_vec(0.0f, (float)(0.5 * v->world.m.size[1] * v->world.m.unit), 0.0f);
+    float footprint = tracer_footprint(s, *settings, middle);
+    sss_plan advice = tracer_sharing(&s->medium, footprint, settings->light_aware);
+    settings->plan.tile = shares ? advice.tile : 0;
+    settings->plan.per_channel = shares && advice.per_channel;
 }
 
 // Takes the view that is wanted; returns whether there is a new one. A preview is not given up for
@@ -294,24 +315,60 @@ static int take_view(viewer *v) {
         r->settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
         r->settings.light_aware = i == RESAMPLED && seen.light_aware;
         r->settings.plan.candidates = seen.candidates;
+        r->settings.tolerance = i == RESAMPLED ? seen.tolerance : 0.0f;
+        set_sharing(v, &r->settings, i == RESAMPLED && seen.shares);
         restart_run(r);
     }
+    v->colours = seen.models && seen.tolerance > 0.0f;
     return 1;
+}
+
+// The model of the lookup at hits->hit[0].
+static unsigned char model_at(const viewer *v, mesh_hits *hits) {
+    if (!v->colours) return BY_PROFILE;
+    sss_plan plan = mesh_plan(&v->world, v->run[RESAMPLED].settings, hits);
+    switch (plan.techniques) {
+    case SSS_DISK: return BY_DISK;
+    case SSS_WALK: return BY_WALK;
+    case SSS_LAMBERT: return BY_LAMBERT;
+    default: return BY_PROFILE;
+    }
 }
 
 // The next rows of the mask.
 static void find_object(viewer *v) {
     int width = v->run[0].settings.width, height = v->run[0].settings.height;
     int end = v->masked + ROWS < height ? v->masked + ROWS : height;
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int y = v->masked; y < end; y++) {
-        for (int x = 0; x < width; x++) {
-            sss_vec3 d = tracer_camera(&v->world.s, width, height, (float)x + 0.5f, (float)y + 0.5f);
+#pragma omp parallel
+    {
+        mesh_hits hits = {0, 0, NULL};
+#pragma omp for schedule(dynamic, 64)
+        for (int i = v->masked * width; i < end * width; i++) {
+            float x = (float)(i % width) + 0.5f;
+            float y = (float)(i / width) + 0.5f;
+            sss_vec3 d = tracer_camera(&v->world.s, width, height, x, y);
             mesh_hit hit = mesh_nearest(&v->world, v->world.s.eye, d, NULL);
-            v->mask[y * width + x] = hit.geometry == MESH_OBJECT;
+            v->mask[i] = 0;
+            if (hit.geometry != MESH_OBJECT) continue;
+            hits.count = 0;
+            *mesh_hits_next(&hits) = hit;
+            v->mask[i] = model_at(v, &hits);
         }
+        free(hits.hit);
     }
     v->masked = end;
+}
+
+// The object in the colours of its models, as light as it is.
+static void colour_models(const viewer *v, image_bytes *picture) {
+    for (int i = 0; i < picture->width * picture->height; i++) {
+        unsigned char *rgb = picture->rgb + 3 * (size_t)i;
+        unsigned light = (rgb[0] + 2u * rgb[1] + rgb[2] + 3u * 128u) / 7u;
+        for (int c = 0; c < 3 && v->mask[i]; c++) {
+            unsigned colour = model_colour[v->mask[i]] >> (24 - 8 * c) & 255u;
+            rgb[c] = (unsigned char)(colour * light / 255u);
+        }
+    }
 }
 
 // The picture so far, of both halves, as the screen shows it; and its noise: the relative variance
@@ -332,17 +389,53 @@ static void show(viewer *v, run *r) {
         squares += difference * difference;
         power += (double)(a / n1) * (double)(b / n2);
     }
+    if (v->colours && r == &v->run[RESAMPLED]) colour_models(v, &r->card.picture);
     if (!r->spp[1]) return;
     r->card.noise =
         power > 0.0 ? squares / power * (double)(n1 * n2 / ((n1 + n2) * (n1 + n2))) : 0.0;
 }
 
-// The next pixels of an image, one sample a pixel more, until `end`: whoever is free takes a batch. A
+// What a pass is done in: pixels or, where exits are shared, tiles.
+static int units_of(const tracer_settings *settings, uint32_t sample) {
+    if (tracer_tile_side(*settings) == 1) return settings->width * settings->height;
+    return tracer_tile_count(*settings, sample, 0) * tracer_tile_count(*settings, sample, 1);
+}
+
+static void add_radiance(image *into, int x, int y, sss_vec3 radiance) {
+    float *rgb = into->rgb + image_count(into->width, y) + 3 * x;
+    rgb[0] += radiance.x;
+    rgb[1] += radiance.y;
+    rgb[2] += radiance.z;
+}
+
+static tracer_result render_unit(const viewer *v, image *into, const tracer_settings *settings,
+                                 uint32_t sample, int unit, mesh_hits *hits) {
+    sss_vec3 radiance[TRACER_TILE_PIXELS];
+    tracer_result all;
+    if (tracer_tile_side(*settings) == 1) {
+        int x = unit % into->width, y = unit / into->width;
+        all = mesh_sample(&v->world, *settings, x, y, sample, hits);
+        add_radiance(into, x, y, all.radiance);
+        return all;
+    }
+    int columns = tracer_tile_count(*settings, sample, 0);
+    int column = unit % columns, row = unit / columns;
+    all = mesh_tile_sample(&v->world, *settings, column, row, sample, hits, radiance);
+    for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
+        int x, y;
+        if (!tracer_tile_pixel(*settings, sample, column, row, i, &x, &y)) continue;
+        add_radiance(into, x, y, radiance[i]);
+    }
+    return all;
+}
+
+// The next units of an image, one sample a pixel more, until `end`: whoever is free takes a batch. A
 // single pixel can take 50 ms where the mesh is tangled and the candidates are many.
-static void render_pixels(viewer *v, run *r, image *into, const tracer_settings *settings,
-                          uint32_t sample, double end) {
+static void render_units(viewer *v, run *r, image *into, const tracer_settings *settings,
+                         uint32_t sample, double end) {
     unsigned long long probes = 0, shaded = 0;
-    int count = into->width * into->height, next = r->pixel;
+    int count = units_of(settings, sample), next = r->unit;
+    int batch = tracer_tile_side(*settings) == 1 ? BATCH : 1;
 #pragma omp parallel reduction(+ : probes, shaded)
     {
         mesh_hits hits = {0, 0, NULL};
@@ -351,15 +444,10 @@ static void render_pixels(viewer *v, run *r, image *into, const tracer_settings 
 #pragma omp atomic capture
             {
                 first = next;
-                next += BATCH;
+                next += batch;
             }
-            for (int i = first; i < first + BATCH && i < count; i++) {
-                float *rgb = into->rgb + 3 * (size_t)i;
-                tracer_result one = mesh_sample(&v->world, *settings, i % into->width,
-                                                i / into->width, sample, &hits);
-                rgb[0] += one.radiance.x;
-                rgb[1] += one.radiance.y;
-                rgb[2] += one.radiance.z;
+            for (int i = first; i < first + batch && i < count; i++) {
+                tracer_result one = render_unit(v, into, settings, sample, i, &hits);
                 probes += one.probes;
                 shaded += one.shaded;
             }
@@ -367,7 +455,7 @@ static void render_pixels(viewer *v, run *r, image *into, const tracer_settings 
         }
         free(hits.hit);
     }
-    r->pixel = next < count ? next : count;
+    r->unit = next < count ? next : count;
     r->card.probes += probes;
     r->card.shaded += shaded;
 }
@@ -376,16 +464,16 @@ static void render_pixels(viewer *v, run *r, image *into, const tracer_settings 
 static void render_preview(viewer *v, int which) {
     run *r = &v->run[which];
     tracer_settings settings = r->settings;
-    int count = r->preview.width * r->preview.height;
     settings.width = r->preview.width;
     settings.height = r->preview.height;
+    int count = units_of(&settings, 0);
     if (settings.plan.candidates > QUICK) settings.plan.candidates = QUICK;
-    render_pixels(v, r, &r->preview, &settings, 0, now() + SLICE);
+    render_units(v, r, &r->preview, &settings, 0, now() + SLICE);
     r->card.probes = r->card.shaded = 0; // not part of the picture
 
-    r->previewed = r->pixel == count;
+    r->previewed = r->unit == count;
     if (!r->previewed && now() - v->begun < PATIENT) return;
-    if (r->previewed) r->pixel = 0;
+    if (r->previewed) r->unit = 0;
     r->card.picture.width = r->preview.width;
     r->card.picture.height = r->preview.height;
     r->card.fresh = 1;
@@ -398,17 +486,18 @@ static void render_preview(viewer *v, int which) {
 static void render_slice(viewer *v, int which, double slice) {
     run *r = &v->run[which];
     double start = now();
-    int h = r->spp[0] > r->spp[1], count = r->settings.width * r->settings.height;
+    int h = r->spp[0] > r->spp[1];
     tracer_settings settings = r->settings;
     settings.seed = sss_hash(v->w.seed, (uint32_t)(2 * settings.method + h));
-    render_pixels(v, r, &r->half[h], &settings, r->spp[h], start + slice);
-    if (r->pixel == count) {
-        r->pixel = 0;
+    int count = units_of(&settings, r->spp[h]);
+    render_units(v, r, &r->half[h], &settings, r->spp[h], start + slice);
+    if (r->unit == count) {
+        r->unit = 0;
         r->spp[h]++;
     }
     r->card.seconds += now() - start;
-    r->card.passes = (double)(r->spp[0] + r->spp[1]) + (double)r->pixel / count;
-    if (!v->w.headless && r->pixel == 0) show(v, r);
+    r->card.passes = (double)(r->spp[0] + r->spp[1]) + (double)r->unit / count;
+    if (!v->w.headless && r->unit == 0) show(v, r);
     publish(v, which);
 }
 
@@ -419,8 +508,8 @@ static int next_run(const viewer *v) {
     uint32_t done = resampled->spp[0] + resampled->spp[1], passes = plain->spp[0] + plain->spp[1];
     double shaded = (double)plain->card.shaded * (1.0 + 0.5 / (passes ? passes : 1));
     int behind = shaded < (double)resampled->card.shaded;
-    if (plain->pixel > 0) return PLAIN;
-    if (resampled->pixel > 0) return RESAMPLED;
+    if (plain->unit > 0) return PLAIN;
+    if (resampled->unit > 0) return RESAMPLED;
     if (behind || (done > 0 && passes < 2)) return PLAIN;
     return v->w.headless && done >= v->spp ? RUNS : RESAMPLED;
 }
@@ -477,8 +566,13 @@ static const char *base_name(const char *path) {
     return slash ? slash + 1 : path;
 }
 
+static const char *right_name(const viewer *v) {
+    if (!v->view.shares) return pair_resampled_name(v->view.light_aware);
+    return v->view.light_aware ? "shared, told of the light" : "shared";
+}
+
 static void run_text(viewer *v, int which, char *first, char *second, size_t room) {
-    const char *name = which == PLAIN ? "plain" : pair_resampled_name(v->view.light_aware);
+    const char *name = which == PLAIN ? "plain" : right_name(v);
     pthread_mutex_lock(&v->lock);
     const card *k = &v->shown[which];
     double plain = v->shown[PLAIN].noise;
@@ -499,10 +593,24 @@ static void draw_run(viewer *v, canvas *c, int which) {
     unsigned colour = which == PLAIN ? TEXT : CHOSEN;
     if (v->texture[which]) canvas_image(c, v->texture[which], at, all, 0xffffffffu);
     run_text(v, which, first, second, sizeof first);
-    pair_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : pair_resampled_name(v->view.light_aware));
+    pair_label(c, b.x, b.y, CANVAS_LEFT, colour, which == PLAIN ? "plain" : right_name(v));
     canvas_text(c, b.x, b.y + b.height + 26.0f, 19.0f, CANVAS_LEFT, colour, first);
     canvas_text(c, b.x, b.y + b.height + 47.0f, 14.0f, CANVAS_LEFT, QUIET, second);
     canvas_look(c);
+}
+
+// Which colour is which model, to the right of the title.
+static void draw_models(const viewer *v, canvas *c, float right) {
+    char text[64];
+    if (!v->view.models || !(v->view.tolerance > 0.0f)) return;
+    for (int i = MODELS - 1; i > 0; i--) {
+        canvas_text(c, right, 66.0f, 16.0f, CANVAS_RIGHT, TEXT, model_name[i]);
+        right -= canvas_text_width(c, 16.0f, model_name[i]) + 22.0f;
+        canvas_rectangle(c, right, 53.0f, 14.0f, 14.0f, model_colour[i]);
+        right -= 14.0f;
+    }
+    snprintf(text, sizeof text, "for an error of %g %%:", 100.0 * (double)v->view.tolerance);
+    canvas_text(c, right, 66.0f, 16.0f, CANVAS_RIGHT, QUIET, text);
 }
 
 static void draw_keys(viewer *v, canvas *c, float y) {
@@ -514,8 +622,13 @@ static void draw_keys(viewer *v, canvas *c, float y) {
     snprintf(text, sizeof text, "candidates: %d", v->w.candidates);
     x = canvas_key(c, x, y, '+', text);
     x = canvas_key(c, x, y, 'L', v->view.light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'H', v->view.shares ? "share nothing" : "share exits");
+    snprintf(text, sizeof text, "error: %g %%", 100.0 * (double)v->view.tolerance);
+    x = canvas_key(c, x, y, 'T', v->view.tolerance > 0.0f ? text : "profile");
+    if (v->view.tolerance > 0.0f) x = canvas_key(c, x, y, 'C', "models");
     x = window_last_keys(&v->w, x, y);
-    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, v->w.note[0] ? v->w.note : "drag to turn, wheel to zoom");
+    canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT,
+                v->w.note[0] ? v->w.note : "drag to turn, wheel to zoom");
 }
 
 static void draw(viewer *v, canvas *c) {
@@ -532,6 +645,8 @@ static void draw(viewer *v, canvas *c) {
     canvas_look(c);
     draw_run(v, c, PLAIN);
     draw_run(v, c, RESAMPLED);
+    const box e = picture_box(c, &v->run[RESAMPLED], RESAMPLED);
+    draw_models(v, c, e.x + e.width);
     snprintf(text, sizeof text,
              "Plain shades what one probe finds, resampled the one it picks from %d. Noise: the variance over the "
              "object's pixels, relative to their mean square,",
@@ -565,13 +680,24 @@ static void change_scale(viewer *v, double factor) {
     want_medium(v);
 }
 
+// From the profile everywhere to ever stricter choices of the model.
+static float next_tolerance(float tolerance) {
+    static const float steps[] = {0.5f, 0.2f, 0.1f, 0.05f, 0.02f};
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++)
+        if (!(tolerance > 0.0f) || steps[i] < tolerance) return steps[i];
+    return 0.0f;
+}
+
 // Returns 0 for the key that ends the program.
 static int press_key(viewer *v, int code) {
     if (code == 'S' || code == 'F') return 1; // the other windows' scene and profile
     window_change change = window_key(&v->w, code);
     v->view.candidates = v->w.candidates;
     if (code == 'L') v->view.light_aware = !v->view.light_aware;
-    if (code == 'L' || change == WINDOW_CANDIDATES) want(v);
+    if (code == 'H') v->view.shares = !v->view.shares;
+    if (code == 'T') v->view.tolerance = next_tolerance(v->view.tolerance);
+    if (code == 'C') v->view.models = !v->view.models;
+    if (strchr("LHTC", code) || change == WINDOW_CANDIDATES) want(v);
     if (code == 'M') v->preset = v->preset + 1 < PRESET_COUNT ? v->preset + 1 : -1, want_medium(v);
     if (code == '[') change_scale(v, 0.8);
     if (code == ']') change_scale(v, 1.25);
@@ -677,6 +803,8 @@ static int parse_option(viewer *v, const char *name, const char *value) {
         return 1;
     }
     if (strcmp(name, "--light-aware") == 0) return v->view.light_aware = 1;
+    if (strcmp(name, "--share") == 0) return v->view.shares = 1;
+    if (strcmp(name, "--models") == 0) return v->view.models = 1;
     if (strcmp(name, "--scene") != 0 && strcmp(name, "--profile") != 0) {
         int taken = window_option(&v->w, usage, name, value);
         if (taken) return taken;
@@ -693,6 +821,8 @@ static int parse_option(viewer *v, const char *name, const char *value) {
     } else if (is_option("--albedo", name, value)) {
         parse_colours(name, value, 0.0, 1.0, v->albedo);
         v->has_albedo = 1;
+    } else if (is_option("--tolerance", name, value)) {
+        v->view.tolerance = (float)parse_real(name, value, 1e-3, 10.0);
     } else if (is_option("--up", name, value)) {
         v->up = parse_word(name, value, "y z");
     } else if (is_option("--turn", name, value)) {
@@ -719,6 +849,7 @@ static void parse(viewer *v, int count, char **words) {
     if (!v->file) fail(2, "which file? --help lists what there is");
     if (v->preset >= 0 && (v->has_dmfp || v->has_albedo)) fail(2, "--preset is in place of --dmfp and --albedo");
     if (v->preset < 0 && v->has_scale) fail(2, "--scale goes with --preset; --dmfp is in the file's units");
+    if (v->view.models && !(v->view.tolerance > 0.0f)) fail(2, "--models goes with --tolerance");
     v->view.candidates = v->w.candidates;
 }
 

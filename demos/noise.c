@@ -18,6 +18,7 @@ static const char usage[] =
     "error of both.\n"
     "\n" WINDOW_HELP_SCENE
     "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --share            the resampled half shares its exits over tiles of pixels\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "  --against FILE     measure the error against this PFM, whose size the pictures take\n"
@@ -33,7 +34,7 @@ typedef struct run {
     image sum, mean;
     image_bytes shown, error; // tone-mapped; the difference from the reference
     GLuint shown_texture, error_texture;
-    int row;      // of the pass under way
+    int row;      // of the pass under way: a row of pixels, or of tiles
     uint32_t spp; // complete passes
     device_work work;
     double seconds, rate; // rows a second
@@ -41,7 +42,7 @@ typedef struct run {
 
 typedef struct noise {
     window w;
-    int light_aware, same_time;
+    int light_aware, same_time, shares;
     uint32_t spp, reference;
     const char *against, *device;
     scene s;
@@ -72,6 +73,16 @@ static void clear(run *r) {
     r->seconds = 0.0;
 }
 
+// Tiles as the plan advises them, on the right alone.
+static void set_sharing(noise *n, int which) {
+    tracer_settings *settings = &n->run[which].settings;
+    float footprint = tracer_footprint(&n->s, *settings, n->s.shape[0].center);
+    sss_plan advice = tracer_sharing(&n->s.medium, footprint, settings->light_aware);
+    int shares = which == RESAMPLED && n->shares;
+    settings->plan.tile = shares ? advice.tile : 0;
+    settings->plan.per_channel = shares && advice.per_channel;
+}
+
 static void restart(noise *n, int reference_too) {
     for (int i = 0; i < (reference_too && !n->against ? RUNS : HALF); i++) {
         tracer_settings *settings = &n->run[i].settings;
@@ -79,6 +90,7 @@ static void restart(noise *n, int reference_too) {
         settings->light_aware = i == RESAMPLED && n->light_aware;
         settings->plan.candidates = n->w.candidates;
         settings->seed = i == HALF ? n->w.seed ^ 0x68616c66u : i == OTHER_HALF ? n->w.seed ^ 0x48414c46u : n->w.seed;
+        set_sharing(n, i);
         clear(&n->run[i]);
     }
     n->relative_mse[0] = n->relative_mse[1] = -1.0;
@@ -94,11 +106,11 @@ static void set_scene(noise *n) {
     restart(n, 1);
 }
 
-// Rows top .. bottom - 1 of a run as means, and as the screen shows them.
+// Rows top .. bottom - 1, which the pass under way has just done, as means, and as the screen shows them.
 static void show_rows(noise *n, int which, int top, int bottom) {
     run *r = &n->run[which];
     for (int y = top; y < bottom; y++) {
-        float scale = 1.0f / (float)(r->spp + (y < r->row ? 1u : 0u));
+        float scale = 1.0f / (float)(r->spp + 1u);
         for (size_t i = image_count(r->sum.width, y); i < image_count(r->sum.width, y + 1); i++) {
             r->mean.rgb[i] = r->sum.rgb[i] * scale;
             if (which < HALF) r->shown.rgb[i] = image_tone(r->mean.rgb[i], 1.0f);
@@ -147,8 +159,8 @@ static void measure(noise *n) {
 static void render_slice(noise *n, int which) {
     run *r = &n->run[which];
     double start = now(), end = n->w.headless ? 1e30 : start + SLICE;
-    int height = r->settings.height, next = r->row, count = n->devices.count, rows = 1, failed = 0;
-    if (count > 0) rows = n->w.headless ? (height + count - 1) / count : 1 + (int)(0.25 * SLICE * r->rate / count);
+    int bands = device_bands(r->settings, r->spp), next = r->row, count = n->devices.count, rows = 1, failed = 0;
+    if (count > 0) rows = n->w.headless ? (bands + count - 1) / count : 1 + (int)(0.25 * SLICE * r->rate / count);
     unsigned long long probes = 0, shaded = 0;
 #pragma omp parallel num_threads(device_threads(&n->devices)) reduction(+ : probes, shaded)
     {
@@ -158,8 +170,8 @@ static void render_slice(noise *n, int which) {
 #pragma omp atomic capture
             bottom = next += rows;
             top = bottom - rows;
-            if (top >= height) break;
-            if (bottom > height) bottom = height;
+            if (top >= bands) break;
+            if (bottom > bands) bottom = bands;
             if (device_band(&n->devices, device_thread(), &n->s, r->settings, top, bottom, r->spp, 1, r->sum.rgb,
                             &mine) == SSS_CL_OK)
                 continue;
@@ -171,15 +183,15 @@ static void render_slice(noise *n, int which) {
         shaded += mine.shaded;
     }
     if (failed) fail(1, "%s", n->devices.cl[failed - 1].cl.error);
-    if (next > height) next = height;
+    if (next > bands) next = bands;
     int top = r->row;
     r->work.probes += probes;
     r->work.shaded += shaded;
     r->seconds += now() - start;
     r->rate = (next - top) / (now() - start + 1e-9);
     r->row = next;
-    show_rows(n, which, top, next);
-    if (next == height) r->row = 0, r->spp++;
+    show_rows(n, which, device_band_top(r->settings, r->spp, top), device_band_top(r->settings, r->spp, next));
+    if (next == bands) r->row = 0, r->spp++;
     n->changed = 1;
 }
 
@@ -266,13 +278,18 @@ static void draw_split(const noise *n, canvas *c, box b, GLuint left, GLuint rig
     canvas_line(c, x + 2.0f, b.y + 0.5f * b.height - 4.0f, x + 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
 }
 
+static const char *right_name(const noise *n) {
+    if (!n->run[RESAMPLED].settings.plan.tile) return pair_resampled_name(n->light_aware);
+    return n->light_aware ? "shared, told of the light" : "shared";
+}
+
 static void draw_run(const noise *n, canvas *c, int which, float x, float y, int side) {
     const run *r = &n->run[which];
     char text[160];
-    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : pair_resampled_name(n->light_aware), n->relative_mse[which]);
-    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : pair_resampled_name(n->light_aware));
+    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : right_name(n), n->relative_mse[which]);
+    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : right_name(n));
     canvas_text(c, x, y, 19.0f, side, which == PLAIN ? TEXT : CHOSEN, text);
-    snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s", (double)r->spp + (double)r->row / r->settings.height,
+    snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s", (double)r->spp + (double)r->row / device_bands(r->settings, r->spp),
              r->seconds);
     canvas_text(c, x, y + 22.0f, 14.0f, side, QUIET, text);
     snprintf(text, sizeof text, "%.2f million points shaded", 1e-6 * (double)r->work.shaded);
@@ -308,6 +325,7 @@ static void draw_reference(const noise *n, canvas *c, float x, float y) {
 static void draw_keys(noise *n, canvas *c, float y) {
     float x = window_first_keys(&n->w, MARGIN, y);
     x = canvas_key(c, x, y, 'L', n->light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'H', n->shares ? "share nothing" : "share exits");
     x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
     x = canvas_key(c, x, y, 'D', n->opener.runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
     x = canvas_key(c, x, y, 'R', "restart");
@@ -327,20 +345,23 @@ static void draw(noise *n, canvas *c) {
     canvas_text(c, b.x, 38.0f, 28.0f, CANVAS_LEFT, TEXT,
                 n->same_time ? "Rendered in the same time: which is noisier?"
                              : "The same number of shaded points: which is noisier?");
+    char shared[64] = "";
+    int tile = n->run[RESAMPLED].settings.plan.tile;
+    if (tile) snprintf(shared, sizeof shared, ", which serves %d x %d pixels", tile, tile);
     snprintf(
         text, sizeof text,
         "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
-        "the one it picks.%s",
-        n->w.candidates, n->w.headless ? "" : " Drag the line.");
+        "the one it picks%s.%s",
+        n->w.candidates, shared, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
     canvas_look(c);
     draw_split(n, c, e, n->run[PLAIN].error_texture, n->run[RESAMPLED].error_texture);
     canvas_look(c);
     pair_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
-    pair_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, pair_resampled_name(n->light_aware));
+    pair_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, right_name(n));
     pair_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
-    pair_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, "error of resampled");
+    pair_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, n->run[RESAMPLED].settings.plan.tile ? "error of shared" : "error of resampled");
     if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
     else
         canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,
@@ -359,6 +380,7 @@ static int press_key(noise *n, int code) {
     if (change == WINDOW_SCENE || change == WINDOW_PROFILE) n->against = NULL, set_scene(n);
     if (change == WINDOW_CANDIDATES) restart(n, 0);
     if (code == 'L') n->light_aware = !n->light_aware, restart(n, 0);
+    if (code == 'H') n->shares = !n->shares, restart(n, 0);
     if (code == 'T') n->same_time = !n->same_time;
     if (code == 'D') switch_device(n);
     if (code == 'R') restart(n, 1);
@@ -407,6 +429,7 @@ static int parse_option(noise *n, const char *name, const char *value) {
     int taken = window_option(&n->w, usage, name, value);
     if (taken) return taken;
     if (strcmp(name, "--light-aware") == 0) return n->light_aware = 1;
+    if (strcmp(name, "--share") == 0) return n->shares = 1;
     if (strcmp(name, "--same-time") == 0) return n->same_time = 1;
     if (is_option("--device", name, value)) {
         n->device = parse_device(name, value);

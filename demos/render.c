@@ -208,7 +208,7 @@ static void check_model(options *o) {
         if (o->share > 1 && !o->compare) fail(2, "--share is of --method shared");
         return;
     }
-    if (!profile) fail(2, "--method shared wants --model profile or auto: the exits of others serve nobody");
+    if (!profile) fail(2, "--method shared wants --model profile or auto: the others share nothing");
     if (!tracer_may_share(o->settings, *plan)) fail(2, "--method shared wants chord among the --techniques");
 }
 

@@ -210,7 +210,7 @@ check_damaged() { # under AddressSanitizer
 }
 
 write_files
-check "--help" help_tells "$mesh" "preset scale dmfp albedo up turn light-aware candidates spp seed size png headless
+check "--help" help_tells "$mesh" "preset scale dmfp albedo up turn light-aware share tolerance models candidates spp seed size png headless
     help"
 check "one clear line: nonsense.ply" refuses 2 timeout 60 "$mesh" $small nonsense.ply
 check "works without its broken triangles: some_broken.ply" notes 1 some_broken.ply
@@ -219,6 +219,7 @@ check "dmfp takes all of its range" renders ball.obj --dmfp 1e12,1e-12,0
 check "dmfp below what coordinates resolve" dmfp_too_small
 check "one clear line: a pipe" refuses 2 timeout 20 "$mesh" $small pipe.obj
 check_models OBJ/spider.obj
+check "shares exits, chooses models and shows them" renders ball.obj --share --tolerance 0.2 --models
 if start_display; then
     check "the window opens" opens
     check "M changes the medium" saves_another key m

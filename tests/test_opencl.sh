@@ -179,8 +179,10 @@ else
     skip "pictures on a device" "there is no OpenCL device"
 fi
 if [ "$exact" ]; then check "the device's picture, with all options" same_picture needles resampled --light-aware \
-    --exits 3 --candidates 9 --independent --techniques disk,sphere,chord --profile better-dipole --seed 4294967295
+    --exits 3 --candidates 9 --independent --techniques disk,sphere,chord --profile better-dipole --seed 4294967295 &&
+    check "the device's picture, with shared exits" same_picture bear shared --light-aware --share 8
 else skip "the device's picture" "no device is IEEE-correct: test_opencl states by how much"; fi
+check "two halves make the whole: shared exits" halves --share 8
 
 only_long_from_here
 check_text CL3.0
@@ -201,10 +203,14 @@ if have oclgrind; then check "a simulated device finds no fault" simulate
 else skip "a simulated device finds no fault" "there is no oclgrind"; fi
 [ "$exact" ] || finish
 for scene in sphere slab corner needles bear; do
-    for method in plain resampled reference; do
+    for method in plain resampled shared reference; do
         check "$scene, $method: the device's picture" same_picture $scene $method
     done
 done
+for model in auto volume lambert; do
+    check "$model: the device's picture" same_picture bear resampled --model $model --per-channel
+done
+check "tiles of other sides: the device's picture" same_picture corner shared --share 3
 check "several devices at once" several_devices
 POCL_DEVICES="pthread basic" check "several devices at once, of one runtime" several_devices
 check "two halves make the whole: device" halves --device opencl

@@ -176,29 +176,34 @@ static void test_classes(void **state) {
 
 // ---- Stratified dimensions
 
-// Number k of the n of a lattice.
-static float number(uint32_t seed, uint32_t name, int k, int n, int of) {
+static float number(uint32_t seed, sssi_place at, int of) {
     sss_resampler s;
-    sssi_place at;
 
     memset(&s, 0, sizeof s);
-    memset(&at, 0, sizeof at);
     s.seed = seed;
-    at.name = name;
-    at.k = (float)k;
-    at.n = (float)n;
-    at.step = 1.0f / (float)n;
     return sssi_number(&s, at, of);
 }
 
-static uint32_t name_of_technique(int technique) { return (uint32_t)technique << 10; }
-static uint32_t name_of_probe(int j) { return (uint32_t)(SSSI_TECHNIQUES + j) << 10; }
+// Number k of the n probes of a technique, where there are no others.
+static sssi_place place_in_lattice(int technique, int k, int n) {
+    int first[SSSI_TECHNIQUES + 1], i;
+
+    for (i = 0; i <= SSSI_TECHNIQUES; ++i) first[i] = i <= technique ? 0 : n;
+    return sssi_find_place(first, k);
+}
+static sssi_place independent_place(int j) {
+    sss_resampler s;
+
+    memset(&s, 0, sizeof s);
+    s.share[SSSI_CHORD] = 1.0f;
+    return sssi_find_independent_place(&s, j);
+}
 
 // Dimensions 1..9: the seven of a technique and two of another one.
 static const int dimensions[] = {0,         SSSI_CHANNEL, SSSI_PART,   SSSI_RADIUS, SSSI_TURN,
                                  SSSI_SIDE, SSSI_COSINE,  SSSI_TURN_B, SSSI_RADIUS, SSSI_TURN};
 static float dimension(uint32_t seed, int k, int n, uint32_t dim) {
-    return number(seed, name_of_technique(dim > 7u ? SSSI_CHORD : SSSI_NORMAL), k, n, dimensions[dim]);
+    return number(seed, place_in_lattice(dim > 7u ? SSSI_CHORD : SSSI_NORMAL, k, n), dimensions[dim]);
 }
 
 static int compare_floats(const void *a, const void *b) {
@@ -313,8 +318,8 @@ static void test_independent_probes(void **state) {
         long counts[64] = {0};
         pairs next = {0, 0, 0, 0, 0, 0};
         for (seed = 0; seed < 40000u; ++seed) {
-            float x = number(sss_hash(seed, 8u), name_of_probe(0), 0, 1, dimensions[dim]),
-                  y = number(sss_hash(seed, 8u), name_of_probe(1), 0, 1, dimensions[dim]);
+            float x = number(sss_hash(seed, 8u), independent_place(0), dimensions[dim]),
+                  y = number(sss_hash(seed, 8u), independent_place(1), dimensions[dim]);
             add_pair(&next, x, y);
             ++counts[stratum(x, 64)];
         }
@@ -344,8 +349,8 @@ static void pick_against_radius(unsigned technique, int t, int of) {
         plan.independent = independent;
         assert_int_equal(sss_begin(&s, &m, &plan, up, up, sss_hash(seed, 4u)), SSS_OK);
         for (k = 0; k < 2; ++k)
-            u[k] = independent ? number(s.seed, name_of_probe(k), 0, 1, of)
-                               : number(s.seed, name_of_technique(t), k, 2, of);
+            u[k] = independent ? number(s.seed, independent_place(k), of)
+                               : number(s.seed, place_in_lattice(t, k, 2), of);
         while (sss_next_probe(&s, &probe)) {
             sss_vec3 p = s.next == 1 ? at : also;
             p.z = 1.0f;

@@ -63,6 +63,11 @@ error_is_zero() {
     grep -qE '"relative_mse": *0(\.0*)?[,}]' "$work/second.json"
 }
 
+repeats_in_threads() {
+    OMP_NUM_THREADS=1 picture first "$@" && OMP_NUM_THREADS=3 picture second "$@" &&
+        cmp "$work/first.pfm" "$work/second.pfm"
+}
+
 error_is_positive() {
     picture first --seed 7 && picture second --seed 8 --against "$work/first.pfm" || return 1
     cat "$work/second.json"
@@ -84,7 +89,7 @@ not_a_picture_is_refused() {
 # All methods estimate one integral, so the mean over the picture must be the same. Each method renders RUNS
 # pictures with seeds of its own; the spread of their means gives the noise, and z is the difference from the
 # reference over the noise of both. With 2 * RUNS - 2 = 46 degrees of freedom |t| > 5 has the probability 9e-6, so
-# 18 comparisons raise a false alarm in 1.6e-4 of all choices of seeds, and these seeds are fixed.
+# 24 comparisons raise a false alarm in 2.2e-4 of all choices of seeds, and these seeds are fixed.
 RUNS=24
 LIMIT=5
 
@@ -126,13 +131,16 @@ compare_means() { # NAME
 }
 
 check "--help" help_tells "$render" "scene method profile spp size seed candidates exits techniques independent
-    light-aware png pfm stats against first-sample device list-devices merge help"
-for method in plain resampled reference; do
+    light-aware model tolerance share per-channel png pfm stats against first-sample device list-devices merge help"
+for method in plain resampled shared reference; do
     check "bear, $method: PNG, PFM, JSON" all_files bear $method
 done
 check "all options of resampling" all_files slab resampled --candidates 5 --exits 2 --techniques \
     disk,tangents,sphere,chord --independent --light-aware
+check "all options of sharing" all_files corner shared --share 3 --per-channel --model auto --tolerance 0.3
+for model in volume lambert; do check "$model" all_files slab resampled --model $model; done
 check "the same seed, the same picture" repeats --light-aware
+check "the same seed, the same picture, however many threads" repeats_in_threads --share 8 --light-aware
 check "no error against itself" error_is_zero
 
 only_long_from_here
@@ -156,7 +164,8 @@ for scene in bear slab; do
     check "$scene: pictures" means plain 2000 --scene $scene --method plain
     check "$scene: pictures" means resampled 3000 --scene $scene --method resampled
     check "$scene: pictures" means aware 4000 --scene $scene --method resampled --light-aware
-    for method in plain resampled aware; do
+    check "$scene: pictures" means shared 5000 --scene $scene --method shared --light-aware
+    for method in plain resampled aware shared; do
         check "$scene: $method has the mean of the reference" compare_means $method
         figures
     done

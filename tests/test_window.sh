@@ -391,7 +391,7 @@ check_briefly() { # PROGRAM KEY RECTANGLE: a window, a key, a picture, the end
 check "exit_points --help" help_tells "$build/exit_points" "scene profile candidates seed size png headless help
     dmfp-scale techniques turn still probes"
 check "noise --help" help_tells "$build/noise" "scene profile candidates seed size png headless help
-    light-aware same-time device against spp reference"
+    light-aware share same-time device against spp reference"
 for program in exit_points noise; do check "$program without a display: one clear line" no_display $program; done
 check_pictures
 if start_display; then

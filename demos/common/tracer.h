@@ -201,7 +201,8 @@ static inline float tracer_radius(const SCENE_SPACE scene *s, sss_vec3 position,
 // An exit costs a ray to the light and one that goes on.
 #define TRACER_SHADING_COST 2.0f
 
-// What a lookup whose model is not given by the user asks for. The rest of settings.plan stays.
+// What a lookup whose model is not given by the user asks for. The rest of settings.plan stays, the
+// number of candidates where they are probes.
 static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settings, float footprint,
                                      float radius) {
     sss_need need;
@@ -213,7 +214,8 @@ static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settin
 
     sss_plan chosen = sss_plan_for(m, &need), plan = settings.plan;
     plan.techniques = chosen.techniques;
-    if (chosen.techniques == SSS_DISK || plan.candidates == 0) plan.candidates = chosen.candidates;
+    int probes = chosen.techniques != SSS_DISK && chosen.techniques != SSS_WALK;
+    if (!probes || plan.candidates == 0) plan.candidates = chosen.candidates;
     return plan;
 }
 
