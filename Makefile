@@ -143,7 +143,8 @@ demo: build/render build/noise
 	build/render --compare --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: build/render build/exit_points failures which-model
+pictures: build/render build/exit_points build/share failures which-model
+	build/share demos/study/share.png
 	cp build/failures.png build/failures-four.png demos/study/
 	build/render --compare --png demos/bear.png
 	build/exit_points --headless --png demos/exit_points.png
