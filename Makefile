@@ -19,7 +19,8 @@ PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-c
     pocl-opencl-icd oclgrind libglfw3-dev libosmesa6 libgl-dev xvfb xdotool pandoc libembree-dev libassimp-dev \
     assimp-testmodels
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
-    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel
+    libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel \
+    python3-pandas python3-matplotlib
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these three is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/mesh_share build/test_mesh)
@@ -31,7 +32,9 @@ PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
 EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
-CHARTS   := when error-0 error-512 error-4096 best size model plan seam
+CHARTS   := race which hints model
+# With pandas and matplotlib, as make setup-long installs them for this one.
+PYTHON   ?= /usr/bin/python3
 FUZZ_MINUTES ?= 1
 
 .PHONY: help setup setup-long all mesh demo pictures test-pictures test test-long test-mutants test-table fuzz coverage \
@@ -50,7 +53,7 @@ help:
 	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
-	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (about 20 minutes)'
+	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (15 minutes)'
 	@echo 'make which-model   the map of models that sss_plan_for chooses from, drawn'
 	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
@@ -173,13 +176,12 @@ model-error: build/model_error
 	gnuplot -e "out='build/model_error'" demos/study/model_error.gp
 	cp build/model_error.png demos/study/
 
-# Rows that build/chart.csv holds are not measured again. The README shows some of the pictures.
+# Rows that build/chart.csv holds are not measured again. REDUCED=1 does an eighth.
 chart: build/chart build/model
-	build/chart
+	build/chart $(if $(REDUCED),--reduced)
 	build/model tests/data/mc_searchlight.csv build/chart
-	awk -v out=build/chart -f demos/study/chart.awk build/chart.csv
-	gnuplot -e "out='build/chart'" demos/study/chart.gp
-	cp build/chart.csv $(CHARTS:%=build/chart-%.png) demos/study/
+	$(PYTHON) demos/study/chart.py build/chart.csv build/chart-model.dat build/chart
+	cp build/chart.csv build/chart.md build/chart-caption.md $(CHARTS:%=build/chart-%.png) demos/study/
 
 which-model: build/which_model
 	build/which_model >build/which_model.dat

@@ -1,21 +1,14 @@
-// model.c - what the model itself costs, apart from the sampling: the profiles against a searchlight on a half space,
-// and whether a seam shows where the plan changes to Lambert along a surface. Writes data for chart.gp. See --help.
-// What profiles cost on curved and thin bodies is in model_error.c.
-// SPDX-License-Identifier: MIT
+// model.c - what the model itself costs, apart from the sampling: the profiles against a searchlight
+// on a half space. Writes data for chart.py. See --help. What profiles cost on curved and thin bodies
+// is in model_error.c. SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "model"
 #include "demos/common/command.h"
-#include "rivals.h"
-
-#define SEAM_SIDE  200   // pixels
-#define SEAM_LEAST 1e-2f // below it float32 no longer resolves the probes on this sphere
-#define SEAM_MOST  1e1f  // dmfp in pixels; above it the plan walks, from the left edge of the sphere to the right
 
 static const char usage[] =
-    "usage: model [--quick] SEARCHLIGHT OUT\n"
-    "Measures the profiles against SEARCHLIGHT (tests/data/mc_searchlight.csv): OUT-model.dat; and a sphere whose\n"
-    "diffuse mean free path grows from left to right, with the plan and without: OUT-seam.dat.\n";
+    "usage: model SEARCHLIGHT OUT\n"
+    "Measures the profiles against SEARCHLIGHT (tests/data/mc_searchlight.csv): OUT-model.dat.\n";
 
 static FILE *open_data(const char *out, const char *name) {
     char path[1024];
@@ -100,109 +93,11 @@ static void measure_profiles(const char *path, const char *out) {
     close_data(f, "the profiles");
 }
 
-// ---- The seam
-
-// Sums over a column of the picture: of all lookups, and of those that the plan gives.
-typedef struct seam_column {
-    double x, sum[2], squares[2], seconds[2], pixels, advised;
-} seam_column;
-
-static double cpu_now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-// The mean over the channels of `samples` lookups, by the default plan or as `planned`.
-static double seam_pixel(rivals_world *w, camera_entry at, int planned, uint32_t seed, int samples, int *lambert) {
-    sss_need need = {rivals_footprint(&w->s, &at, SEAM_SIDE), w->s.shape[0].extent.x, 0.0f, 0.0f, 0};
-    sss_plan plan = sss_plan_for(&w->s.medium, &need);
-    double sum = 0.0;
-    *lambert = plan.techniques == SSS_LAMBERT;
-    for (int i = 0; i < samples; i++) {
-        double value[3];
-        rivals_work work;
-        tracer_point point = {at.position, at.normal, at.position, at.shape};
-        if (planned && *lambert) {
-            sss_vec3 light = rivals_shade(w, point, sss_hash(seed, (uint32_t)i));
-            value[0] = (double)(w->s.medium.albedo[0] * light.x);
-            value[1] = (double)(w->s.medium.albedo[1] * light.y);
-            value[2] = (double)(w->s.medium.albedo[2] * light.z);
-        } else {
-            rivals_probe_lookup(w, planned ? &plan : NULL, 0, at, sss_hash(seed, (uint32_t)i), &work, value);
-        }
-        sum += (value[0] + value[1] + value[2]) / 3.0;
-    }
-    return sum / samples;
-}
-
-static void measure_column(const scene *s, seam_column *column, int x, int samples, float *pixel) {
-    static const float albedo[3] = {0.8f, 0.6f, 0.5f};
-    rivals_world w;
-    memset(&w, 0, sizeof w);
-    w.s = *s;
-    for (int y = 0; y < SEAM_SIDE; y++) {
-        camera_entry at;
-        if (!camera_sees(s, ((float)x + 0.5f) / SEAM_SIDE, ((float)y + 0.5f) / SEAM_SIDE, &at)) continue;
-        float span = logf(SEAM_MOST / SEAM_LEAST) * (float)column->x;
-        float dmfp = SEAM_LEAST * expf(span) * rivals_footprint(s, &at, SEAM_SIDE);
-        float lengths[3] = {dmfp, 0.7f * dmfp, 0.5f * dmfp};
-        int lambert;
-        sss_burley(&w.s.medium, albedo, lengths);
-        for (int planned = 0; planned < 2; planned++) {
-            double start = cpu_now();
-            uint32_t seed = sss_hash((uint32_t)(2 * x + planned), (uint32_t)y);
-            double value = seam_pixel(&w, at, planned, seed, samples, &lambert);
-            column->seconds[planned] += (cpu_now() - start) / samples;
-            column->sum[planned] += value;
-            column->squares[planned] += value * value;
-            if (planned) pixel[y] = (float)value;
-        }
-        column->pixels += 1.0;
-        column->advised += lambert;
-    }
-}
-
-// Column, dmfp in pixels, mean with the plan over that of all lookups, seconds of a sample of both, share of Lambert;
-// then the picture with the plan: column, row, value.
-static void measure_seam(const char *out, int samples) {
-    static seam_column column[SEAM_SIDE];
-    static float picture[SEAM_SIDE][SEAM_SIDE];
-    static scene s;
-    FILE *f = open_data(out, "seam");
-    scenes_make(&s, SCENES_SPHERE);
-    scenes_camera(&s, scene_vec(0.0f, 1.6f, 6.4f), s.shape[0].center, 19.0f);
-    scenes_light(&s, scene_vec(-2.4f, 3.2f, 3.2f), s.shape[0].center, 0.6f, scene_vec(34.0f, 31.0f, 27.0f));
-#pragma omp parallel for schedule(dynamic)
-    for (int x = 0; x < SEAM_SIDE; x++) {
-        column[x].x = (x + 0.5) / SEAM_SIDE;
-        measure_column(&s, &column[x], x, samples, picture[x]);
-    }
-    fprintf(f, "# columns\n");
-    for (int x = 0; x < SEAM_SIDE; x++) {
-        const seam_column *c = &column[x];
-        if (c->pixels < 20.0) continue;
-        double dmfp = (double)SEAM_LEAST * pow((double)(SEAM_MOST / SEAM_LEAST), c->x);
-        fprintf(f, "%d %.5g %.6g %.4g %.4g %.4g\n", x, dmfp, c->sum[1] / c->sum[0], c->seconds[0] / c->pixels,
-                c->seconds[1] / c->pixels, c->advised / c->pixels);
-    }
-    fprintf(f, "\n\n# picture\n");
-    for (int y = 0; y < SEAM_SIDE; y++)
-        for (int x = 0; x < SEAM_SIDE; x++) fprintf(f, "%d %d %.4g\n", x, SEAM_SIDE - 1 - y, (double)picture[x][y]);
-    close_data(f, "the seam");
-}
-
 int main(int argc, char **argv) {
-    const char *names[2] = {NULL, NULL};
-    int samples = 256, n = 0;
-    for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "--help") == 0) return fputs(usage, stdout) < 0;
-        if (strcmp(argv[i], "--quick") == 0) samples = 4;
-        else if (argv[i][0] == '-' || n == 2) fail(2, "unknown word '%s'; --help lists what there is", argv[i]);
-        else names[n++] = argv[i];
-    }
-    if (n < 2) fail(2, "wants SEARCHLIGHT and OUT; --help says what they are");
-    measure_profiles(names[0], names[1]);
-    measure_seam(names[1], samples);
+    if (argc == 2 && strcmp(argv[1], "--help") == 0) return fputs(usage, stdout) < 0;
+    for (int i = 1; i < argc; i++)
+        if (argv[i][0] == '-') fail(2, "unknown word '%s'; --help lists what there is", argv[i]);
+    if (argc != 3) fail(2, "wants SEARCHLIGHT and OUT; --help says what they are");
+    measure_profiles(argv[1], argv[2]);
     return 0;
 }

@@ -68,7 +68,8 @@ static long add_tile(vec *seen, int left, int top, int shared, int per_channel) 
     for (int i = 0; i < MOST; i++) {
         int x = left + i % TILE, y = top + i / TILE;
         if (x < 0 || x >= SIDE || y < 0 || y >= SIDE) continue;
-        entry[count] = camera((x + rnd()) / SIDE, (y + rnd()) / SIDE);
+        double u = (x + rnd()) / SIDE, v = (y + rnd()) / SIDE;
+        entry[count] = camera(u, v);
         if (entry[count].t < 0) seen[y * SIDE + x] = add(seen[y * SIDE + x], background);
         if (entry[count].t < 0) continue;
         group[count] = (sss_entry){to_sss(entry[count].y), &wax};
