@@ -41,7 +41,7 @@ FUZZ_MINUTES ?= 1
     mix tile chart which-model model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
-	@echo 'make demo          render the bear noisy, resampled and told of the light: build/demo.png;'
+	@echo 'make demo          render a rabbit by five methods in the same time: build/demo.png;'
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make pictures      make the pictures of the README anew'
@@ -146,13 +146,13 @@ build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
 demo: build/render build/noise
-	build/render --compare --png build/demo.png
+	build/render --compare --scene rabbit --size 300x360 --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
 pictures: build/render build/exit_points build/share failures which-model
 	build/share demos/study/share.png
 	cp build/failures.png build/failures-four.png demos/study/
-	build/render --compare --png demos/bear.png
+	build/render --compare --scene rabbit --size 300x360 --png demos/rabbit.png
 	build/exit_points --headless --png demos/exit_points.png
 
 # What tests/test_window.sh compares with; made anew when it is meant to change. Look at it before it is kept.

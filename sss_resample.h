@@ -279,7 +279,7 @@ typedef struct sss_need {
     float curvature_radius; /* of the surface about the entry, see sss_plan_for */
     float shading_cost;     /* of shading one exit, over that of tracing one probe */
     float tolerance;        /* relative error of the model that is good enough; 0: 0.1 */
-    int hinted;             /* not 0: light hints will be given */
+    int hinted;             /* not 0: light hints will be given; no rule needs it so far */
 } sss_need;
 
 typedef struct sss_probe {
@@ -2587,8 +2587,9 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
-/* Sharing over 8 x 8 pixels divides the variance by 2 to 20 for the price of some two probes,
-   wherever a channel takes part (demos/study/tile.c). */
+/* Sharing over 8 x 8 pixels divides the variance of light that varies by 2 to 20 for the price
+   of some two probes, wherever a channel takes part (demos/study/tile.c). Where a hint is
+   nearly exact and the medium grey there is little to divide, and it may even add noise. */
 SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
     int c;
 
@@ -2599,8 +2600,8 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
 
 /* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
    sharing)) of them pay: here the power of two next to it. */
-SSSI_FN int sssi_plan_candidates(int least, float cost) {
-    int candidates = least;
+SSSI_FN int sssi_plan_candidates(float cost) {
+    int candidates = 2;
 
     while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
     return candidates;
@@ -2642,10 +2643,9 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     else if (need->footprint * tolerance > 0.05f * m->r_max) plan.techniques = SSS_LAMBERT;
     else if (r >= m->r_max) plan.techniques = SSS_DISK;
 
-    /* A walk costs some ten probes. Without hints all walks weigh nearly the same, as do the hits
-       of a disk on a plane: then there is nothing to choose from. */
-    if (plan.techniques == SSS_WALK)
-        plan.candidates = need->hinted ? sssi_plan_candidates(1, 0.1f * cost) : 1;
+    /* One walk, with hints or without: a second costs as much as the first, and takes less of
+       the noise away than the next sample does (demos/study/chart.c). */
+    if (plan.techniques == SSS_WALK) plan.candidates = 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
 
     plan.tile = sssi_plan_tile(m, need->footprint);
@@ -2653,7 +2653,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
         plan.candidates = 1;
         return plan;
     }
-    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(2, cost + (plan.tile ? 2.0f : 0.0f));
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
     plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }

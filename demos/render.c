@@ -9,15 +9,16 @@
 #include "common/files.h"
 #include "common/tracer.h"
 
-#define RENDER_COMPARE_SPP       8     // of the resampled panels
-#define RENDER_COMPARE_REFERENCE 24    // samples a pixel in each half of the reference
-#define RENDER_COMPARE_SECONDS   40.0  // the reference stops early on a slow machine
+#define RENDER_COMPARE_SPP       24   // of the resampled panel
+#define RENDER_COMPARE_REFERENCE 96   // samples a pixel in each half of the reference
+#define RENDER_COMPARE_COST      1.0  // of one of these, over one of the resampled panel, roughly
+#define RENDER_COMPARE_SECONDS   70.0 // of the processors: the reference stops early on a slow machine
 
 static const char usage[] =
     "usage: render [options]\n"
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
-    "  --scene NAME       bear (default), sphere, slab, corner, needles\n"
+    "  --scene NAME       bear (default), rabbit, sphere, slab, corner, needles\n"
     "  --method NAME      resampled (default), shared (exits serve a tile of pixels), plain (one probe a "
     "lookup,\n"
     "                     three axes), reference (brute force)\n"
@@ -44,8 +45,8 @@ static const char usage[] =
     "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
     "  --stats FILE       numbers, as JSON\n"
     "  --against FILE     measure the error against this PFM of the same size\n"
-    "  --compare          plain, resampled and light-aware side by side in one PNG, with the error "
-    "of each\n"
+    "  --compare          Lambert, plain, resampled, shared and a reference side by side in one PNG,\n"
+    "                     in the same time but for the last, with the error of each\n"
     "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm "
     "or --png\n"
     "  --list-devices\n"
@@ -590,139 +591,192 @@ static int merge(const options *o) {
     return failed;
 }
 
-// ---- Three pictures at the same number of shaded points, and one in the time of the third
+// ---- Five pictures in the same time
 
-enum { PLAIN, RESAMPLED, AWARE, SHARED, RUNS };
+enum { LAMBERT, PLAIN, RESAMPLED, SHARED, REFERENCE, RUNS };
 
-// A plain probe that misses shades nothing, so plain gets more samples: as many as shade what the resampled
-// picture did.
-static int plain_spp(const scene *s, const run *plain, const run *resampled, progress *p) {
-    device_work pilot = {0, 0};
-    image scrap = new_image(&plain->settings);
-    tracer_settings settings = plain->settings;
-    settings.seed ^= 0x70696c6fu;
-    render_samples(s, &settings, &scrap, 0, 1, &pilot, p, 0.0);
-    free(scrap.rgb);
-    if (!pilot.shaded) return resampled->spp;
-    int spp = (int)((double)resampled->work.shaded / (double)pilot.shaded + 0.5);
-    return spp < 1 ? 1 : spp;
+// Seconds: of the processors, which other programs do not lengthen, or of the clock where a device renders.
+static double spent(void) {
+    struct timespec t;
+    clock_gettime(devices.count > 0 ? CLOCK_MONOTONIC : CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-// As many samples as take the time of the other's.
-static int shared_spp(const scene *s, const run *shared, const run *other, progress *p) {
-    device_work pilot = {0, 0};
-    image scrap = new_image(&shared->settings);
-    tracer_settings settings = shared->settings;
-    settings.seed ^= 0x70696c6fu;
-    double start = now();
-    render_samples(s, &settings, &scrap, 0, 2, &pilot, p, 0.0);
-    double each = 0.5 * (now() - start);
-    free(scrap.rgb);
-    int spp = (int)(other->seconds / each + 0.5);
-    return spp < 1 ? 1 : spp;
+static void compare_settings(const options *o, const scene *s, run *runs) {
+    static const char *const method[RUNS] = {"lambert", "plain", "resampled, light-aware",
+                                             "shared, light-aware", "reference"};
+    for (int i = 0; i < RUNS; i++) {
+        tracer_settings *settings = &runs[i].settings;
+        runs[i].method = method[i];
+        runs[i].relative_mse = -1.0;
+        *settings = o->settings;
+        settings->method = i == PLAIN       ? TRACER_PLAIN
+                           : i == REFERENCE ? TRACER_REFERENCE
+                                            : TRACER_RESAMPLED;
+        settings->light_aware = i == RESAMPLED || i == SHARED;
+        if (i == LAMBERT) settings->plan.techniques = SSS_LAMBERT;
+    }
+    // Both with the plan that is advised: they differ by the tile alone.
+    set_sharing(o, s, &runs[SHARED].settings);
+    runs[RESAMPLED].settings.plan = runs[SHARED].settings.plan;
+    runs[RESAMPLED].settings.plan.tile = 0;
 }
 
-// Two halves of a reference with independent noise, and the error of every run against them; see
-// image_relative_mse(). Returns the samples a pixel in each half.
-static int measure_runs(const scene *s, run *runs, progress *p, double deadline) {
-    image half[2];
-    tracer_settings settings = runs[PLAIN].settings;
+// The time of one sample, measured on other samples. The first one is not counted: a device may have
+// to build its program for it.
+static double sample_time(const scene *s, const run *r, progress *p) {
     device_work ignored = {0, 0};
+    image scrap = new_image(&r->settings);
+    tracer_settings settings = r->settings;
+    settings.seed ^= 0x70696c6fu;
+    render_samples(s, &settings, &scrap, 0, 1, &ignored, p, 0.0);
+    double start = spent();
+    render_samples(s, &settings, &scrap, 1, 2, &ignored, p, 0.0);
+    free(scrap.rgb);
+    return 0.5 * (spent() - start);
+}
+
+// Renders as many samples as take the time of the other run, or o->spp where there is none. What
+// Ctrl-C leaves no time for has no samples.
+static void compare_run(const options *o, const scene *s, run *r, const run *other, progress *p) {
+    p->label = r->method;
+    double each = interrupted() ? 0.0 : sample_time(s, r, p);
+    if (interrupted()) {
+        r->spp = 0;
+        return;
+    }
+    r->spp = other ? (int)(other->seconds / each + 0.5) : o->spp;
+    if (r->spp < 1) r->spp = 1;
+    double start = spent();
+    render_run(s, r, p, r->method, (double)o->spp / r->spp);
+    r->seconds = spent() - start;
+}
+
+// The reference in two halves with independent noise, and the error of every run against them; see
+// image_relative_mse(). Their mean is the picture.
+static void compare_reference(const scene *s, run *runs, progress *p) {
+    run *r = &runs[REFERENCE];
+    image half[2];
+    tracer_settings settings = r->settings;
+    double start = spent();
     int spp = 0;
-    settings.method = TRACER_REFERENCE;
     p->label = "brute force reference";
     half[0] = new_image(&settings);
     half[1] = new_image(&settings);
-    while (spp < RENDER_COMPARE_REFERENCE && !interrupted() && (spp == 0 || now() < deadline)) {
+    while (spp < RENDER_COMPARE_REFERENCE && !interrupted() &&
+           (spp == 0 || spent() - start < RENDER_COMPARE_SECONDS)) {
         for (int h = 0; h < 2; h++) {
-            settings.seed = runs[PLAIN].settings.seed ^ (h == 0 ? 0x68616c66u : 0x48414c46u);
-            render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &ignored, p, 2.5);
+            settings.seed = r->settings.seed ^ (h == 0 ? 0x68616c66u : 0x48414c46u);
+            render_samples(s, &settings, &half[h], (uint32_t)spp, 4, &r->work, p,
+                           RENDER_COMPARE_COST);
         }
         spp += 4;
     }
-    scale_image(&half[0], 1.0f / (float)(spp ? spp : 1));
-    scale_image(&half[1], 1.0f / (float)(spp ? spp : 1));
-    unsigned char *mask = object_mask(s, &settings);
-    for (int i = 0; i < RUNS && spp; i++) {
-        runs[i].relative_mse = image_relative_mse(&runs[i].picture, &half[0], &half[1], mask);
+    if (spp) {
+        unsigned char *mask = object_mask(s, &settings);
+        r->picture = new_image(&settings);
+        scale_image(&half[0], 1.0f / (float)spp);
+        scale_image(&half[1], 1.0f / (float)spp);
+        for (size_t i = 0; i < image_count(settings.width, settings.height); i++)
+            r->picture.rgb[i] = 0.5f * (half[0].rgb[i] + half[1].rgb[i]);
+        for (int i = 0; i < REFERENCE; i++)
+            runs[i].relative_mse = image_relative_mse(&runs[i].picture, &half[0], &half[1], mask);
+        free(mask);
     }
-    free(mask);
+    r->spp = 2 * spp;
+    r->seconds = spent() - start;
     free(half[0].rgb);
     free(half[1].rgb);
-    return spp;
-}
-
-// What Ctrl-C leaves no time for has no samples.
-static void compare_run(const scene *s, run *r, int spp, progress *p, const char *label,
-                        double cost) {
-    r->spp = spp;
-    if (interrupted()) r->spp = 0;
-    else render_run(s, r, p, label, cost);
 }
 
 static void compare_caption(image_bytes *sheet, const image_font *font, const run *runs, int i,
-                            int measured, int left, int top) {
-    static const char *const title[RUNS] = {"plain", "resampled", "resampled + light",
-                                            "shared + light"};
-    char line[160];
+                            int left, int top) {
+    static const char *const title[RUNS] = {"Lambert", "plain probes", "resampled", "shared",
+                                            "reference"};
+    static const int grey[3] = {20, 20, 90};
     const run *r = &runs[i];
-    image_text(sheet, font, title[i], 24.0f, left, top + 22, 20);
-    if (!measured) {
-        snprintf(line, sizeof line, "stopped before %s",
-                 r->spp ? "its error was measured" : "it was rendered");
-    } else if (i == PLAIN) {
-        snprintf(line, sizeof line, "relative MSE %.4f", r->relative_mse);
-    } else {
-        snprintf(line, sizeof line, "relative MSE %.4f, %.1f times less", r->relative_mse,
-                 runs[PLAIN].relative_mse / r->relative_mse);
-    }
-    image_text(sheet, font, line, 18.0f, left, top + 46, 20);
-    snprintf(line, sizeof line, "%.1f s, %d spp, %.2f million points shaded", r->seconds, r->spp,
-             1e-6 * (double)r->work.shaded);
-    image_text(sheet, font, line, 15.0f, left, top + 68, 80);
+    char line[3][80];
+    snprintf(line[0], sizeof line[0], "%s", title[i]);
+    if (!runs[REFERENCE].spp) snprintf(line[1], sizeof line[1], "stopped early");
+    else if (i == REFERENCE) snprintf(line[1], sizeof line[1], "brute force");
+    else
+        snprintf(line[1], sizeof line[1], "error %.0f %%",
+                 100.0 * sqrt(fmax(r->relative_mse, 0.0)));
+    snprintf(line[2], sizeof line[2], "%.1f s, %d samples", r->seconds, r->spp);
+    for (int k = 0; k < 3; k++)
+        image_text(sheet, font, line[k], k == 0 ? 34.0f : 27.0f, left, top + 36 * k, grey[k]);
 }
 
-// Panels side by side, under each its caption; small print below. Returns why it could not be written, or NULL.
-static const char *compare_sheet(const options *o, const run *runs, const image_font *font,
-                                 int reference_spp) {
-    const int margin = 16, caption = 84, print = 44;
-    int width = o->settings.width, height = o->settings.height, panel = width > 330 ? width : 330;
+// A detail of a picture, each pixel as a square, and where it is from.
+#define DETAIL_X     0.36 // the left upper corner, as a share of the picture
+#define DETAIL_Y     0.30
+#define DETAIL_ZOOM  4
+#define DETAIL_SHARE 1.5 // of its width over its height
+static void compare_detail(image_bytes *sheet, const image *picture, int left, int top,
+                           int detail_top) {
+    int wide = picture->width / DETAIL_ZOOM, high = (int)(wide / DETAIL_SHARE);
+    int x0 = (int)(DETAIL_X * picture->width), y0 = (int)(DETAIL_Y * picture->height);
+    for (int y = 0; y < high * DETAIL_ZOOM; y++) {
+        for (int x = 0; x < wide * DETAIL_ZOOM; x++) {
+            int from_x = x0 + x / DETAIL_ZOOM, from_y = y0 + y / DETAIL_ZOOM;
+            if (from_x >= picture->width || from_y >= picture->height) continue;
+            size_t from = image_count(sheet->width, top + from_y) + (size_t)(3 * (left + from_x));
+            size_t to = image_count(sheet->width, detail_top + y) + (size_t)(3 * (left + x));
+            memcpy(sheet->rgb + to, sheet->rgb + from, 3);
+        }
+    }
+    for (int y = -2; y < high + 2; y++) {
+        for (int x = -2; x < wide + 2; x++) {
+            int edge = y < 0 || x < 0 || y >= high || x >= wide, at_x = x0 + x, at_y = y0 + y;
+            if (!edge || at_x < 0 || at_y < 0 || at_x >= picture->width || at_y >= picture->height)
+                continue;
+            memset(sheet->rgb + image_count(sheet->width, top + at_y) + (size_t)(3 * (left + at_x)),
+                   255, 3);
+        }
+    }
+}
+
+// Panels side by side, under each its detail and its caption. Returns why it could not be written, or NULL.
+static const char *compare_sheet(const options *o, const run *runs, const image_font *font) {
+    const int margin = 12, caption = 120, print = 72;
+    int width = o->settings.width, height = o->settings.height;
+    int panel = width > 290 ? width : 290,
+        detail = (int)(width / DETAIL_ZOOM / DETAIL_SHARE) * DETAIL_ZOOM;
+    int below = margin + height + margin + detail;
     image_bytes sheet;
-    if (!image_bytes_new(&sheet, RUNS * panel + (RUNS + 1) * margin, height + margin + caption + print, 250)) {
+    if (!image_bytes_new(&sheet, RUNS * (panel + margin) + margin, below + caption + print, 250)) {
         fail(1, "out of memory");
     }
     for (int i = 0; i < RUNS; i++) {
         int left = margin + i * (panel + margin);
-        if (runs[i].spp) image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
-        compare_caption(&sheet, font, runs, i, reference_spp > 0, left, height + margin + 6);
+        if (runs[i].spp) {
+            image_blit(&sheet, &runs[i].picture, 1.0f, left, margin);
+            compare_detail(&sheet, &runs[i].picture, left, margin, margin + height + margin);
+        }
+        compare_caption(&sheet, font, runs, i, left, below + 38);
     }
-    char line[400];
-    const sss_plan *shared = &runs[SHARED].settings.plan;
+    const int print_top = below + caption + 22;
+    const sss_plan *plan = &runs[SHARED].settings.plan;
+    char line[240];
     snprintf(line, sizeof line,
-             "Scene %s, profile %s. Plain traces one probe a lookup, resampling %d, sharing %d and its "
-             "exits serve %d x %d pixels. %s",
-             scenes_known[o->scene].name, o->profile,
-             o->settings.plan.candidates ? o->settings.plan.candidates : 8,
-             shared->candidates ? shared->candidates : 8, shared->tile, shared->tile,
-             interrupted() ? "Stopped early: the panels may shade different numbers of points."
-                           : "The first three shade as many points as whole samples a pixel (spp) "
-                              "allow, the last had the time of the third.");
-    image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 18, 110);
+             "%s Plain: one probe, on one of three axes. Resampled: one of %d candidates%s, with a "
+             "light hint.",
+             interrupted()       ? "Stopped early."
+             : devices.count > 0 ? "The first four take the same time."
+                                 : "The first four take the same processor time.",
+             plan->candidates ? plan->candidates : 8, plan->per_channel ? " for each colour" : "");
+    image_text(&sheet, font, line, 22.0f, margin, print_top, 90);
     snprintf(line, sizeof line,
-             "Relative MSE: sum (a - r1)(a - r2) / sum r1 r2 over the object's pixels, r1 and r2 two "
-             "independent brute "
-             "force references of %d spp; their own noise cancels.",
-             reference_spp);
-    if (reference_spp)
-        image_text(&sheet, font, line, 13.0f, margin, height + margin + caption + 35, 110);
+             "Shared: the same, and each exit serves a tile of %d x %d pixels. Error: root mean "
+             "square, relative.",
+             tracer_tile_side(runs[SHARED].settings), tracer_tile_side(runs[SHARED].settings));
+    image_text(&sheet, font, line, 22.0f, margin, print_top + 28, 90);
     const char *wrong = file_write_png(o->png, &sheet);
     free(sheet.rgb);
     return wrong;
 }
 
 static int compare(const options *o) {
-    static const char *const method[RUNS] = {"plain", "resampled", "resampled, light-aware", "shared, light-aware"};
-    double start = now();
     image_font font;
     const char *wrong = image_font_open(&font);
     if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
@@ -730,35 +784,26 @@ static int compare(const options *o) {
     load_scene(&s, o->scene, o->profile, 1.0f);
     run runs[RUNS];
     memset(runs, 0, sizeof runs);
-    for (int i = 0; i < RUNS; i++) {
-        runs[i].method = method[i];
-        runs[i].settings = o->settings;
-        runs[i].settings.method = i == PLAIN ? TRACER_PLAIN : TRACER_RESAMPLED;
-        runs[i].settings.light_aware = i == AWARE || i == SHARED;
-        runs[i].relative_mse = -1.0;
-    }
-    set_sharing(o, &s, &runs[SHARED].settings);
-    progress p; // in rough units: a plain sample costs 1, a resampled one 3, one of the reference 2.5
-    progress_begin(&p, "plain", o->spp * (3.0 + 3.0 + 3.0 + 1.4) + 2 * 2.5 * RENDER_COMPARE_REFERENCE);
-    compare_run(&s, &runs[RESAMPLED], o->spp, &p, "resampled", 3.0);
-    compare_run(&s, &runs[AWARE], o->spp, &p, "resampled + light", 3.0);
-    p.label = "shared + light";
-    int spp = interrupted() ? 0 : shared_spp(&s, &runs[SHARED], &runs[AWARE], &p);
-    compare_run(&s, &runs[SHARED], spp, &p, "shared + light", 3.0);
-    spp = interrupted() ? 0 : plain_spp(&s, &runs[PLAIN], &runs[RESAMPLED], &p);
-    compare_run(&s, &runs[PLAIN], spp, &p, "plain", 1.0);
-    int reference_spp =
-        interrupted() ? 0 : measure_runs(&s, runs, &p, start + RENDER_COMPARE_SECONDS);
+    compare_settings(o, &s, runs);
+    progress p; // in samples of the resampled run
+    progress_begin(&p, runs[RESAMPLED].method,
+                   o->spp * 4.0 + 2.0 * RENDER_COMPARE_COST * RENDER_COMPARE_REFERENCE);
+    compare_run(o, &s, &runs[RESAMPLED], NULL, &p);
+    compare_run(o, &s, &runs[SHARED], &runs[RESAMPLED], &p);
+    compare_run(o, &s, &runs[PLAIN], &runs[RESAMPLED], &p);
+    compare_run(o, &s, &runs[LAMBERT], &runs[RESAMPLED], &p);
+    if (!interrupted()) compare_reference(&s, runs, &p);
     progress_end(&p);
     if (interrupted()) fputs("render: stopped before the comparison was complete\n", stderr);
     for (int i = 0; i < RUNS; i++) {
         if (!runs[i].spp) continue;
         printf("%-24s %3d spp, %8llu points shaded, %5.2f s", runs[i].method, runs[i].spp,
                runs[i].work.shaded, runs[i].seconds);
-        if (reference_spp) printf(", relative MSE %.4f", runs[i].relative_mse);
+        if (runs[REFERENCE].spp && i != REFERENCE)
+            printf(", relative MSE %.4f", runs[i].relative_mse);
         printf("\n");
     }
-    int failed = tell_written(o->png, compare_sheet(o, runs, &font, reference_spp));
+    int failed = tell_written(o->png, compare_sheet(o, runs, &font));
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, runs, RUNS));
     for (int i = 0; i < RUNS; i++) free(runs[i].picture.rgb);
     free(font.file);

@@ -140,7 +140,7 @@ interrupted() {
 stops_comparing() {
     interrupted 2 "$render" --compare --size 60x66 --spp 1000000 --png a.png --stats a.json && [ -s a.png ] || return 1
     cat a.json
-    grep -q '"method": "resampled", ' a.json && ! grep -q relative_mse a.json
+    grep -q '"method": "resampled, ' a.json && ! grep -q relative_mse a.json
 }
 stops() { # PROGRAM WORDS...
     interrupted 3 "$build/$@" --headless --size 64x36 --png a.png && [ -s a.png ]

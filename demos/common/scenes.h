@@ -149,26 +149,26 @@ static inline scenes_optics scenes_bear(scene *s) {
 // A rabbit with the sun low behind it: light comes through the ears, and the edges glow.
 static inline scenes_optics scenes_rabbit(scene *s) {
     sss_vec3 upright = scene_vec(0.0f, 0.0f, 0.0f);
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.60f, -0.22f), scene_vec(0.47f, 0.60f, 0.52f), upright);  // body
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.72f, 0.10f), scene_vec(0.33f, 0.46f, 0.30f), upright);   // chest
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.27f, 0.22f), scene_vec(0.31f, 0.28f, 0.34f), upright);   // head
-    scenes_pair(s, scene_vec(0.10f, 1.16f, 0.50f), scene_vec(0.13f, 0.105f, 0.13f), upright);      // cheeks
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.235f, 0.60f), scene_vec(0.06f, 0.045f, 0.05f), upright); // nose
-    scenes_pair(s, scene_vec(0.19f, 1.37f, 0.46f), scene_vec(0.065f, 0.08f, 0.06f), upright);      // eyes
-    scenes_pair(s, scene_vec(0.34f, 0.33f, 0.02f), scene_vec(0.23f, 0.33f, 0.40f), upright);       // thighs
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.58f, -0.22f), scene_vec(0.50f, 0.60f, 0.52f), upright);  // body
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.78f, 0.12f), scene_vec(0.30f, 0.42f, 0.28f), upright);   // chest
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.28f, 0.20f), scene_vec(0.33f, 0.29f, 0.36f), upright);   // head
+    scenes_pair(s, scene_vec(0.105f, 1.17f, 0.47f), scene_vec(0.14f, 0.11f, 0.13f), upright);      // cheeks
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.25f, 0.57f), scene_vec(0.055f, 0.04f, 0.05f), upright);  // nose
+    scenes_pair(s, scene_vec(0.22f, 1.37f, 0.40f), scene_vec(0.06f, 0.075f, 0.06f), upright);      // eyes
+    scenes_pair(s, scene_vec(0.36f, 0.33f, 0.02f), scene_vec(0.23f, 0.33f, 0.40f), upright);       // thighs
     scenes_pair(s, scene_vec(0.30f, 0.09f, 0.42f), scene_vec(0.13f, 0.09f, 0.28f), upright);       // feet
-    scenes_pair(s, scene_vec(0.13f, 0.34f, 0.40f), scene_vec(0.09f, 0.34f, 0.10f), upright);       // paws
-    scenes_ellipsoid(s, scene_vec(0.20f, 1.86f, 0.10f), scene_vec(0.17f, 0.46f, 0.055f),
-                     scene_vec(-6.0f, -14.0f, -12.0f)); // ears, one of them cocked
-    scenes_ellipsoid(s, scene_vec(-0.30f, 1.79f, 0.10f), scene_vec(0.17f, 0.46f, 0.055f),
-                     scene_vec(-10.0f, 20.0f, 32.0f));
-    scenes_camera(s, scene_vec(1.7f, 1.7f, 6.3f), scene_vec(-0.04f, 1.13f, 0.1f), 20.5f);
-    scenes_light(s, scene_vec(-2.3f, 2.9f, -2.8f), scene_vec(0.0f, 1.3f, 0.0f), 0.5f,
-                 scene_vec(110.0f, 95.0f, 76.0f));
-    s->sky_horizon = scene_vec(0.035f, 0.045f, 0.06f);
-    s->sky_zenith = scene_vec(0.50f, 0.62f, 0.78f);
-    s->floor_albedo = scene_vec(0.12f, 0.125f, 0.13f);
-    return scenes_make_optics(scene_vec(0.84f, 0.60f, 0.48f), scene_vec(1.00f, 0.13f, 0.065f));
+    scenes_pair(s, scene_vec(0.14f, 0.36f, 0.38f), scene_vec(0.10f, 0.36f, 0.11f), upright);       // paws
+    scenes_ellipsoid(s, scene_vec(0.21f, 1.86f, 0.08f), scene_vec(0.18f, 0.46f, 0.06f),
+                     scene_vec(-6.0f, -10.0f, -14.0f)); // ears, one of them cocked
+    scenes_ellipsoid(s, scene_vec(-0.30f, 1.80f, 0.08f), scene_vec(0.18f, 0.46f, 0.06f),
+                     scene_vec(-8.0f, 16.0f, 30.0f));
+    scenes_camera(s, scene_vec(-0.5f, 1.7f, 6.5f), scene_vec(-0.04f, 1.40f, 0.1f), 15.0f);
+    scenes_light(s, scene_vec(-2.9f, 2.7f, -2.5f), scene_vec(0.0f, 1.4f, 0.0f), 0.5f,
+                 scene_vec(125.0f, 108.0f, 86.0f));
+    s->sky_horizon = scene_vec(0.06f, 0.08f, 0.11f);
+    s->sky_zenith = scene_vec(0.36f, 0.42f, 0.50f);
+    s->floor_albedo = scene_vec(0.23f, 0.25f, 0.28f);
+    return scenes_make_optics(scene_vec(0.87f, 0.60f, 0.42f), scene_vec(1.20f, 0.115f, 0.05f));
 }
 
 // ---- All of them

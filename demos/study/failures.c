@@ -52,7 +52,7 @@ static panel panels[PANELS] = {
      "it. So most of the picture lacks red and a few dots have it all. The header draws from all channels and weighs "
      "by their mixture. The figures are the largest weight of a lookup over the albedo.",
      "", ""},
-    {"wall", "A pick that does not know of the light",
+    {"wall", "A pick without a light hint",
      "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are dark. "
      "A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays. The "
      "figures are for the pixel in the middle.",
@@ -91,7 +91,7 @@ static void claim(int which, const char *side, const char *kind, double value, d
                   double truth_error) {
     double spread = hypot(error, truth_error);
     printf("%s,%s,%s,%.6g,%.2g,%.6g,%.2g,%.2f\n", panels[which].name, side, kind, value, error, truth, truth_error,
-           spread > 0.0 ? (value - truth) / spread : 0.0);
+           (value - truth) / fmax(spread, 1e-6 * fabs(truth))); // float sums are no nearer than that
 }
 
 static FILE *open_file(const char *name) {
@@ -503,8 +503,8 @@ static void show_wall(void) {
     }
     claim(WALL, "classical", "noise", t[0].noise, t[0].noise_error, t[1].noise, t[1].noise_error);
     claim(WALL, "ours", "mean", t[1].mean, t[1].error, truth.mean, truth.error);
-    name_halves(WALL, "not told: variance %.4f" PLUS_MINUS "%.4f", t[0].noise, t[0].noise_error,
-                "ours, told: %.5f" PLUS_MINUS "%.5f", t[1].noise, t[1].noise_error);
+    name_halves(WALL, "no hint: variance %.4f" PLUS_MINUS "%.4f", t[0].noise, t[0].noise_error,
+                "ours, hinted: %.5f" PLUS_MINUS "%.5f", t[1].noise, t[1].noise_error);
 }
 
 static void show_hair(void) {

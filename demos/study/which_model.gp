@@ -26,6 +26,6 @@ label(k, text) = sprintf("stats data using ($3 == %d ? $1 : NaN):($3 == %d ? $2 
 eval(label(0, "{/:Bold Lambert}\\nthe light leaves within a pixel"))
 eval(label(1, "{/:Bold one disk probe}\\nflat as far\\nas the light goes"))
 eval(label(2, "{/:Bold resampled}\\n{/:Bold profile}"))
-eval(label(3, "{/:Bold random walk}\\nthin or curved: a flat profile\\nis over 30 % off"))
+eval(label(3, "{/:Bold random walk}\\nthin or curved:\\na flat profile\\nis too far off"))
 eval(label(4, "{/:Bold resampled}\\n{/:Bold profile}\\nif 30 % will do,\\nelse the walk"))
 plot data using 1:2:3 with image
