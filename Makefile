@@ -21,9 +21,9 @@ PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-c
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
     libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel \
     python3-pandas python3-matplotlib
-# Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these two is built.
+# Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these three is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
-NO_MESH   = $(if $(MESH),,build/mesh build/test_mesh)
+NO_MESH   = $(if $(MESH),,build/mesh build/mesh_share build/test_mesh)
 DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
 # The promises of the library come first. T=contract selects tests/test_contract.c or .sh, T="mesh render" several.
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
@@ -106,8 +106,11 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-$(filter-out build/bench_exits,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
+$(filter-out build/bench_exits build/mesh_share,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
+
+build/mesh_share: demos/study/mesh_share.c $(COMMON) | build
+	$(DEMO_C) $< -o $@ -lembree3 -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
 	$(DEMO_C) $< $(CL_C) -o $@ -lOpenCL -lm
@@ -146,7 +149,8 @@ demo: build/render build/noise
 	build/render --compare --scene rabbit --size 300x360 --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: build/render build/exit_points failures which-model
+pictures: build/render build/exit_points build/share failures which-model
+	build/share demos/study/share.png
 	cp build/failures.png build/failures-four.png demos/study/
 	build/render --compare --scene rabbit --size 300x360 --png demos/rabbit.png
 	build/exit_points --headless --png demos/exit_points.png
