@@ -128,13 +128,14 @@ static double beyond(const sss_medium *m, int chord, double r) {
 }
 /* Kolmogorov and Smirnov's distance, times sqrt(n); disk probes beyond r_max are missing and lie beyond all others. */
 static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
-    enum { LOOKUPS = 400000 };
-    static double r[LOOKUPS];
+    enum { MOST = 400000 };
+    static double r[MOST];
+    const int lookups = st_samples(MOST);
     const sss_plan plan = {1, 1, chord ? SSS_CHORD : SSS_DISK, 0, 0, 0};
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
     double worst = 0.0;
     int i, n = 0;
-    for (i = 0; i < LOOKUPS; ++i) {
+    for (i = 0; i < lookups; ++i) {
         sss_resampler s;
         sss_probe p;
         sss_begin(&s, m, &plan, origin, up, sss_hash(name, (uint32_t)i));
@@ -144,9 +145,9 @@ static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
     qsort(r, (size_t)n, sizeof *r, compare_doubles);
     for (i = 0; i < n; ++i) {
         double within = 1.0 - beyond(m, chord, r[i]);
-        worst = fmax(worst, fmax(fabs(within - (double)i / LOOKUPS), fabs(within - (i + 1.0) / LOOKUPS)));
+        worst = fmax(worst, fmax(fabs(within - (double)i / lookups), fabs(within - (i + 1.0) / lookups)));
     }
-    return worst * sqrt((double)LOOKUPS);
+    return worst * sqrt((double)lookups);
 }
 static void radii_follow_their_density_to_the_ends(void **state) {
     double worst = 0.0;
@@ -160,7 +161,7 @@ static void radii_follow_their_density_to_the_ends(void **state) {
             check_at_most(chord ? "sqrt(n) D of the chords' radii" : "sqrt(n) D of the disks' radii", distance, 2.6);
             worst = fmax(worst, distance);
         }
-    print_message("    10 distributions of 400000 radii, worst sqrt(n) D %.2f, limit 2.60\n", worst);
+    print_message("    10 distributions of %d radii, worst sqrt(n) D %.2f, limit 2.60\n", st_samples(400000), worst);
 }
 
 /* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a cylinder or more. They end a
