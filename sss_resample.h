@@ -2587,21 +2587,19 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
-/* Sharing over 8 x 8 pixels pays where the widest channel is a pixel long or more. With hints a
-   lookup of its own has less noise to share away: there from one and a half on
+/* Sharing over 8 x 8 pixels pays where the widest channel is at least one and a half pixels long
    (demos/study/mesh_share.c, tile.c). */
-SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int hinted) {
-    float least = hinted ? 1.5f * footprint : footprint;
+SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
     int c, pays = 0;
 
     for (c = 0; c < 3; ++c)
-        if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= least) pays = 1;
+        if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= 1.5f * footprint) pays = 1;
     return pays ? 8 : 0;
 }
 
 /* The variance of M candidates is about V (1 + k / M). k is 2 where the light about the entry
    varies, and some 12 where it does not: with hints, or where the medium is narrower than a pixel.
-   Channels that are shared do with few candidates. What pays is the root of k times the cost of
+   Channels that are all shared do with few candidates. What pays is the root of k times the cost of
    shading and of the rest of the lookup, some two probes: here the power of two next to it. */
 SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int tile) {
     float cost = need->shading_cost + 2.0f;
@@ -2660,7 +2658,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     if (plan.techniques == SSS_WALK) plan.candidates = 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
 
-    plan.tile = sssi_plan_tile(m, need->footprint, need->hinted);
+    plan.tile = sssi_plan_tile(m, need->footprint);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
         return plan;
