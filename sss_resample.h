@@ -2587,13 +2587,15 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
-/* Sharing over 8 x 8 pixels pays where the widest channel is at least one and a half pixels long
-   (demos/study/mesh_share.c, tile.c). */
-SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
+/* Sharing over 8 x 8 pixels pays where the widest channel is at least one and a half pixels long.
+   A disk on a flat surface has the noise of the light alone, so there is less to share away: there
+   from four pixels on (demos/study/mesh_share.c, tile.c, chart.c). */
+SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
+    float least = (is_flat ? 4.0f : 1.5f) * footprint;
     int c, pays = 0;
 
     for (c = 0; c < 3; ++c)
-        if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= 1.5f * footprint) pays = 1;
+        if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= least) pays = 1;
     return pays ? 8 : 0;
 }
 
@@ -2658,7 +2660,7 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     if (plan.techniques == SSS_WALK) plan.candidates = 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
 
-    plan.tile = sssi_plan_tile(m, need->footprint);
+    plan.tile = sssi_plan_tile(m, need->footprint, plan.techniques == SSS_DISK);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
         return plan;
