@@ -23,7 +23,7 @@ LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc
     python3-pandas python3-matplotlib
 # Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these three is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
-NO_MESH   = $(if $(MESH),,build/mesh build/mesh_share build/test_mesh)
+NO_MESH   = $(if $(MESH),,build/mesh build/mesh_race build/mesh_share build/test_mesh)
 DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
 # The promises of the library come first. T=contract selects tests/test_contract.c or .sh, T="mesh render" several.
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
@@ -106,10 +106,10 @@ mesh:
 build/mesh: demos/mesh.c $(COMMON) | build
 	$(DEMO_C) -DFONT_FILE='"$(FONT)"' $< -o $@ $(WINDOW) -lembree3 -lassimp -lstb -lm
 
-$(filter-out build/bench_exits build/mesh_share,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
+$(filter-out build/bench_exits build/mesh_race build/mesh_share,$(patsubst demos/study/%.c,build/%,$(wildcard demos/study/*.c))): build/%: demos/study/%.c $(STUDY) | build
 	$(DEMO_C) $< -o $@ -lstb -lm
 
-build/mesh_share: demos/study/mesh_share.c $(COMMON) | build
+build/mesh_race build/mesh_share: build/%: demos/study/%.c demos/study/torus.h $(COMMON) | build
 	$(DEMO_C) $< -o $@ -lembree3 -lm
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)

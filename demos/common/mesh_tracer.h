@@ -283,13 +283,13 @@ static inline sss_plan mesh_plan(const mesh_world *w, tracer_settings settings, 
 // The number of exits; on[i] is the hit that exits[i] was, or the entry. What follows the entry in
 // `hits` are the hits in the order of the calls.
 static inline int mesh_lookup(const mesh_world *w, tracer_settings settings, sss_plan plan,
-                              uint32_t seed, mesh_hits *hits, sss_exit *exits, mesh_hit *on,
-                              uint32_t *probes) {
+                              uint32_t seed, uint32_t sample, mesh_hits *hits, sss_exit *exits,
+                              mesh_hit *on, uint32_t *probes) {
     sss_resampler s;
     sss_probe probe;
     uint32_t object = w->m.object[hits->hit[0].triangle];
     hits->count = 1;
-    sss_begin(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed);
+    sss_begin_sample(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed, sample);
     while (sss_next_probe(&s, &probe)) {
         int i = hits->count;
         if (plan.techniques == SSS_WALK) {
@@ -404,8 +404,8 @@ static inline int mesh_surface(const mesh_world *w, tracer_settings settings, me
     hits->count = 0;
     *mesh_hits_next(hits) = hit;
     sss_plan plan = mesh_plan(w, settings, hits);
-    uint32_t seed = sss_hash(path->random.sample_key, 0x40000000u + path->surface);
-    int count = mesh_lookup(w, settings, plan, seed, hits, exits, on, &result->probes);
+    uint32_t seed = sss_hash(path->random.pixel_key, 0x40000000u + path->surface);
+    int count = mesh_lookup(w, settings, plan, seed, path->random.sample, hits, exits, on, &result->probes);
     result->shaded += (uint32_t)count;
     return count;
 }
@@ -474,8 +474,9 @@ static inline tracer_result mesh_tile_begin(const mesh_world *w, tracer_settings
         return result;
     }
 
-    uint32_t seed = sss_hash(path.random.sample_key, 0x40000000u);
-    int count = mesh_lookup(w, settings, plan, seed, hits, tile->exit[i], on, &result.probes);
+    uint32_t seed = sss_hash(path.random.pixel_key, 0x40000000u);
+    int count = mesh_lookup(w, settings, plan, seed, path.random.sample, hits, tile->exit[i], on,
+                            &result.probes);
     result.shaded = (uint32_t)count;
     tile->group[i] = (int)w->m.object[hit.triangle];
     tile->count[i] = count;

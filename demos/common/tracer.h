@@ -243,14 +243,14 @@ static inline sss_plan tracer_plan(const SCENE_SPACE scene *s, tracer_settings s
 // lie on the given shapes; the probes are added to *probes.
 static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings settings, sss_plan plan,
                                 sss_vec3 position, sss_vec3 normal, int shape, uint32_t seed,
-                                sss_exit *exits, int *shapes, uint32_t *probes) {
+                                uint32_t sample, sss_exit *exits, int *shapes, uint32_t *probes) {
     sss_medium medium = s->medium;
     sss_resampler resampler;
     sss_probe probe;
     scene_hits hits;
     unsigned char found[SCENE_MAX_FOUND]; // the shape of each hit, in the order of the calls
     int calls = 0, aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
-    sss_begin(&resampler, &medium, &plan, position, normal, seed);
+    sss_begin_sample(&resampler, &medium, &plan, position, normal, seed, sample);
     while (sss_next_probe(&resampler, &probe)) {
         (*probes)++;
         if (plan.techniques == SSS_WALK) {
@@ -279,7 +279,8 @@ static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings setti
                                sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
     int shapes[SSS_MAX_EXITS];
     sss_plan plan = tracer_plan(s, settings, position, normal);
-    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, exits, shapes, probes);
+    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, 0u, exits, shapes,
+                         probes);
 }
 
 static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, int count,
@@ -435,9 +436,9 @@ static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings se
         sss_exit exits[SSS_MAX_EXITS];
         int shapes[SSS_MAX_EXITS];
         sss_plan plan = tracer_plan(s, settings, position, normal);
-        uint32_t seed = sss_hash(path->random.sample_key, 0x40000000u + path->surface);
-        int count = tracer_lookup(s, settings, plan, position, normal, shape, seed, exits, shapes,
-                                  &result->probes);
+        uint32_t seed = sss_hash(path->random.pixel_key, 0x40000000u + path->surface);
+        int count = tracer_lookup(s, settings, plan, position, normal, shape, seed,
+                                  path->random.sample, exits, shapes, &result->probes);
         tracer_exit_points(exits, shapes, count, points);
     }
     result->shaded += (uint32_t)points->count;
@@ -588,9 +589,9 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
         return result;
     }
 
-    uint32_t seed = sss_hash(path.random.sample_key, 0x40000000u);
-    int count = tracer_lookup(s, settings, plan, position, normal, hit.shape, seed, exits, shapes,
-                              &result.probes);
+    uint32_t seed = sss_hash(path.random.pixel_key, 0x40000000u);
+    int count = tracer_lookup(s, settings, plan, position, normal, hit.shape, seed,
+                              path.random.sample, exits, shapes, &result.probes);
     result.shaded = (uint32_t)count;
     tile->group[i] = 0;
     tile->count[i] = count;
