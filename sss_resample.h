@@ -73,7 +73,7 @@
    and carries up to albedo[c] more for each of them.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
-   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %.
+   are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %. A
    renderer with larger coordinates begins the lookup at the origin and adds the entry to each probe
    in its own precision. Channels far narrower than the widest one scatter like Lambert (see
    sss_medium).
