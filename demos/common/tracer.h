@@ -32,7 +32,7 @@ enum { TRACER_PLAIN = 0, TRACER_RESAMPLED = 1, TRACER_REFERENCE = 2 };
 
 typedef struct tracer_settings {
     int method;
-    int light_aware; // resampled: tell the library a guess of the light at each candidate
+    int light_aware; // resampled: with a light hint at each candidate
     sss_plan plan;   // resampled: as given; plain: see tracer_plain_plan
     float tolerance; // above 0: sss_plan_for chooses the model of each lookup, for this error
     int width, height;

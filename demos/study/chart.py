@@ -309,7 +309,7 @@ def caption_of(verdict):
     always = {h: int((v.worst <= 1.2).sum()) for h, v in part.items()}
     return [
         "Total error (noise and model together) against a random walk through the volume, over CPU time of a pixel; "
-        "nothing is told of the light, and each method has its best setting at each time.",
+        "no method has a light hint, and each method has its best setting at each time.",
         "",
         f"**The plan is within 20 % of the least error of all rivals in {near[False]} of {len(part[False])} cases of scene "
         f"and cost of shading without hints, and in {near[True]} of {len(part[True])} hinted by n·l + .05** (mean over "
@@ -345,8 +345,8 @@ def plan_lines(verdict):
         "",
     ] + table_of(["scene", "cost", "no hint: mean, worst", "time", "quickest", "hinted: mean, worst", "time", "quickest"],
                  rows) + other + [
-        "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: it is told of the body and "
-        "of the pixel, not of the light.",
+        "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: the plan depends on the body "
+        "and the pixel, not on the light.",
         "",
     ]
 

@@ -7,7 +7,7 @@
 #include "demos/common/mesh_tracer.h"
 
 enum { AROUND = 250, ACROSS = 100, SIDE = 128, SPP = 8, METHODS = 3, MEDIA = 8 };
-static const char *const method_name[METHODS] = {"default", "default, told", "shared, told"};
+static const char *const method_name[METHODS] = {"default", "default, hinted", "shared, hinted"};
 
 static mesh_world world;
 static unsigned char mask[SIDE * SIDE]; // pixels that show nothing but the object

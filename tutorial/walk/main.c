@@ -4,7 +4,7 @@
 
 // Change these and see what happens.
 static const vec sun_behind = {-0.6, 0.35, -0.7};
-static const int few = 4, many = 16; // lookups for each pixel
+static const int few = 4, many = 256; // lookups for each pixel
 static const int light_hint = 1;     // 0: no hints
 
 enum { PROFILE, WALK, WAYS, BLOCK = 4 };
