@@ -157,7 +157,7 @@ def points():
     s.text(
         320,
         318,
-        "The profile knows the distance |y - x| alone: both ways are the same to it.",
+        "The profile depends only on the distance |y - x|: it is the same in both directions.",
         "small",
         "middle",
     )
@@ -374,7 +374,7 @@ def chord():
     s.text(340, 60, "Two uniform points of", "")
     s.text(340, 84, "the sphere, joined.", "")
     s.text(340, 124, "It crosses a piece dS", "b f-blue")
-    s.text(340, 148, "with the chance", "b f-blue")
+    s.text(340, 148, "with the probability", "b f-blue")
     s.text(340, 172, "dS / (2π ρ²), wherever", "b f-blue")
     s.text(340, 196, "and however it lies.", "b f-blue")
     return s
@@ -383,7 +383,7 @@ def chord():
 def reservoir():
     s = Sheet(
         "reservoir",
-        "A reservoir holds one candidate; each new one takes its place with the chance w / W",
+        "A reservoir holds one candidate; each new one takes its place with probability w / W",
         250,
     )
     weights, taken, at, total, held = [2.0, 0.6, 3.2, 1.0, 1.6], [1, 0, 1, 0, 0], 60, 0.0, 0
