@@ -364,7 +364,7 @@ class Frame {
             this.done = this.parts.work(seconds) === false;
             this.dirty = true;
         }
-        if (!this.dirty) return;
+        if (!this.dirty || !this.w) return; // no width: the window is not laid out yet
         this.dirty = false;
         this.g.setTransform(this.scale, 0, 0, this.scale, 0, 0);
         this.g.clearRect(0, 0, this.w, this.h);
@@ -428,10 +428,10 @@ const start = async (code) => {
 
     let before = performance.now();
     const tick = (now) => {
+        requestAnimationFrame(tick); // first, so that an error in one figure stops no other
         const seconds = clamp((now - before) / 1000, 0, 0.1);
         before = now;
         all.forEach((f) => f.seen && f.tick(seconds, now));
-        requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
 };

@@ -19,9 +19,9 @@ define("chord", (f) => {
         cloud = document.createElement("canvas");
 
     f.title(
-        "Chords do not care",
-        "Move the patch and turn it. Chords of the ball cross it equally often, wherever " +
-            "it is and however it is turned. Parallel lines miss it when it turns away. So on " +
+        "Chords cross a patch equally often",
+        "Move the patch and turn it. The chords cross it equally often, wherever it is and " +
+            "however it is turned. Parallel lines miss it when it turns away. So on " +
             "a spike every hit of a chord weighs 2, and a hit of a disk may weigh hundreds.",
         "Keys: arrows move the patch or the entry, the comma and the full stop turn the patch.",
     );
@@ -59,7 +59,7 @@ define("chord", (f) => {
         cloud.width = cloud.width;
         C.spike_begin(width.value, entry, seed);
         const label = is_patch()
-            ? ["chords: crossings over expected", "parallel lines: over facing", "", ""]
+            ? ["chords: crossings over expected", "parallel lines: over those facing", "", ""]
             : ["chords: largest weight", "disks: largest weight", "chords: mean", "disks: mean"];
         Object.values(numbers).forEach((n, i) => {
             n.box.firstChild.textContent = label[i];

@@ -15,8 +15,8 @@ define("crease", (f) => {
     f.title(
         "Axes and colours in a crease",
         "Probes along one axis graze the other wall: their hits are rare and heavy. Add " +
-            "the two tangents, and no weight passes 12. Then take red away: its far light is " +
-            "found by chance alone.",
+            "the two tangents, and no weight passes 12. Then switch red off: no probe looks for " +
+            "its far light, so hits there are rare and heavy again.",
         "Keys: left and right move the entry along the wall, up and down open the crease.",
     );
     const axes = [
