@@ -86,6 +86,10 @@ class Sheet:
             file.write(f"<title>{self.title}</title>\n<style>{STYLE}</style>\n{inside}\n</svg>\n")
 
 
+def sub(letter, below):
+    return f"{letter}<tspan baseline-shift='sub' font-size='13'>{below}</tspan>"
+
+
 def curve(f, x0, x1, steps=80):
     return [(x0 + (x1 - x0) * i / steps, f(x0 + (x1 - x0) * i / steps)) for i in range(steps + 1)]
 
@@ -190,7 +194,7 @@ def shadow():
     s.text(
         m[0] + k * slope + 8,
         m[1] - k + 4,
-        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        sub("n", "y"),
         "it b",
     )
     s.dot(x, 6, "f-ink")
@@ -199,7 +203,7 @@ def shadow():
     s.text(
         0.5 * (a + b),
         x[1] - 18,
-        "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dS",
+        f"|n·{sub('n', 'y')}| dS",
         "b f-blue",
         "middle",
     )
@@ -227,11 +231,11 @@ def radii():
     s.text(400, 28, "probe, along the axis")
     s.text(152, 286, "axis", "", "end")
     s.text(262, 112, "r", "it b f-blue", "end")
-    s.text(280, y[1] + 22, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>", "it b f-orange")
+    s.text(280, y[1] + 22, sub("r", "a"), "it b f-orange")
     s.text(420, 78, "r: what the", "b f-blue")
     s.text(420, 101, "profile weighs", "b f-blue")
     s.text(
-        420, 136, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>: where the", "b f-orange"
+        420, 136, f"{sub('r', 'a')}: where the", "b f-orange"
     )
     s.text(420, 159, "probe was drawn", "b f-orange")
     return s
@@ -312,7 +316,7 @@ def sphere():
     s.text(
         y[0] + k * slope + 8,
         y[1] - k + 6,
-        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        sub("n", "y"),
         "it b",
     )
     s.arrow(x, (260, 12), "ink")
@@ -327,7 +331,7 @@ def sphere():
     s.text(
         404,
         216,
-        "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·ω| dS / |y - o|²",
+        f"|{sub('n', 'y')}·ω| dS / |y - o|²",
         "b f-blue",
     )
     s.text(404, 240, "is the solid angle of dS", "small")
