@@ -279,7 +279,7 @@ typedef struct sss_need {
     float curvature_radius; /* of the surface about the entry, see sss_plan_for */
     float shading_cost;     /* of shading one exit, over that of tracing one probe */
     float tolerance;        /* relative error of the model that is good enough; 0: 0.1 */
-    int hinted;             /* not 0: light hints will be given; no rule needs it so far */
+    int hinted;             /* not 0: light hints will be given */
 } sss_need;
 
 typedef struct sss_probe {
@@ -2587,23 +2587,35 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
     return m->dipole ? m->sigma[c] : 1.0f / (m->length[c] * sssi_burley_scale(m->albedo[c]));
 }
 
-/* Sharing over 8 x 8 pixels divides the variance of light that varies by 2 to 20 for the price
-   of some two probes, wherever a channel takes part (demos/study/tile.c). Where a hint is
-   nearly exact and the medium grey there is little to divide, and it may even add noise. */
-SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint) {
+/* Sharing over 8 x 8 pixels pays where the widest channel is at least one and a half pixels long.
+   A disk on a flat surface has the noise of the light alone, so there is less to share away: there
+   from four pixels on (demos/study/mesh_share.c, tile.c, chart.c). */
+SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
+    float least = (is_flat ? 4.0f : 1.5f) * footprint;
+    int c, pays = 0;
+
+    for (c = 0; c < 3; ++c)
+        if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= least) pays = 1;
+    return pays ? 8 : 0;
+}
+
+/* The variance of M candidates is about V (1 + k / M). k is 2 where the light about the entry
+   varies, and some 12 where it does not: with hints, or where the medium is narrower than a pixel.
+   Channels that are all shared do with few candidates. What pays is the root of k times the cost of
+   shading and of the rest of the lookup, some two probes: here the power of two next to it. */
+SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int tile) {
+    float cost = need->shading_cost + 2.0f;
+    int is_calm = need->hinted || (need->footprint > 0.0f && tile == 0);
+    int all_shared = tile != 0;
+    int candidates = 2;
     int c;
 
     for (c = 0; c < 3; ++c)
-        if (footprint > 0.0f && sss_is_shared(m, c, footprint)) return 8;
-    return 0;
-}
+        if (sssi_is_live(m, c) && !sss_is_shared(m, c, need->footprint)) all_shared = 0;
+    if (is_calm && !all_shared) cost *= 6.0f;
 
-/* The variance of M candidates is about V (1 + 2 / M), so that sqrt(2 (cost of shading and
-   sharing)) of them pay: here the power of two next to it. */
-SSSI_FN int sssi_plan_candidates(float cost) {
-    int candidates = 2;
-
-    while (candidates < 128 && (float)(candidates * candidates) < cost) candidates *= 2;
+    while (2 * candidates <= SSS_MAX_CANDIDATES && (float)(candidates * candidates) < cost)
+        candidates *= 2;
     return candidates;
 }
 
@@ -2648,12 +2660,12 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     if (plan.techniques == SSS_WALK) plan.candidates = 1;
     if (plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) return plan;
 
-    plan.tile = sssi_plan_tile(m, need->footprint);
+    plan.tile = sssi_plan_tile(m, need->footprint, plan.techniques == SSS_DISK);
     if (plan.techniques == SSS_DISK) {
         plan.candidates = 1;
         return plan;
     }
-    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(cost + (plan.tile ? 2.0f : 0.0f));
+    if (cost > 0.0f) plan.candidates = sssi_plan_candidates(m, need, plan.tile);
     plan.per_channel = sssi_plan_colours(m, cost, plan.candidates ? plan.candidates : 8);
     return plan;
 }

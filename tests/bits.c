@@ -203,11 +203,13 @@ static int limits_hold(void) {
     plan.candidates = SSS_MAX_CANDIDATES;
     plan.exits = SSS_MAX_EXITS + 1;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
-    need.footprint = need.curvature_radius = 0.0f;
-    need.tolerance = 0.0f;
-    need.hinted = 0;
-    need.shading_cost = 1e4f; // wants as many candidates as there can be: no more than are allowed
+    need.footprint = 0.0f;
+    need.curvature_radius = 0.9f * m.r_max; // neither flat nor so small that it is walked
+    need.tolerance = 0.9f;
+    need.hinted = 1;
+    need.shading_cost = 1e6f; // wants as many candidates as there can be: no more than are allowed
     plan = sss_plan_for(&m, &need);
+    good &= plan.candidates > SSS_MAX_CANDIDATES / 2;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
     return good && sss_result_string(SSS_BAD_PLAN)[0] != '\0';
 }

@@ -6,8 +6,8 @@
 #include "demos/common/command.h"
 #include "demos/common/mesh_tracer.h"
 
-enum { AROUND = 250, ACROSS = 100, SIDE = 128, SPP = 8, METHODS = 3, MEDIA = 8 };
-static const char *const method_name[METHODS] = {"default", "default, hinted", "shared, hinted"};
+enum { AROUND = 250, ACROSS = 100, SIDE = 128, SPP = 8, METHODS = 4, MEDIA = 10 };
+static const char *const method_name[METHODS] = {"default", "hinted", "plan", "plan, hinted"};
 
 static mesh_world world;
 static unsigned char mask[SIDE * SIDE]; // pixels that show nothing but the object
@@ -99,18 +99,20 @@ static double measure(tracer_settings settings, double *seconds) {
     return squares / power / 4.0;
 }
 
+// The default, and what the plan says, both without and with a light hint.
 static void set_method(tracer_settings *settings, int method, float footprint) {
     memset(&settings->plan, 0, sizeof settings->plan);
-    settings->light_aware = method > 0;
+    settings->light_aware = method % 2;
     if (method < 2) return;
-    sss_plan advice = tracer_sharing(&world.s.medium, footprint, 1);
-    settings->plan.tile = 8; // also where the plan advises none
+
+    sss_plan advice = tracer_sharing(&world.s.medium, footprint, settings->light_aware);
+    settings->plan.tile = advice.tile;
     settings->plan.candidates = advice.candidates;
     settings->plan.per_channel = advice.per_channel;
 }
 
 int main(void) {
-    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 5.0f, 1.5f}, part[3] = {1.0f, 0.4f, 0.17f};
+    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 10.0f, 5.0f, 1.5f}, part[3] = {1.0f, 0.4f, 0.17f};
     static const float colours[3] = {0.93f, 0.42f, 0.14f}, grey[3] = {0.5f, 0.5f, 0.5f};
     tracer_settings settings;
     make_torus();
@@ -134,7 +136,9 @@ int main(void) {
         for (int i = 0; i < METHODS; i++) {
             set_method(&settings, i, pixel);
             error[i] = measure(settings, &seconds[i]);
-            printf("  %s %.5f in %.2f s (%.3f)", method_name[i], error[i], seconds[i],
+            printf("\n    %-12s %d of %d x %d: %.5f in %.2f s (%.3f)", method_name[i],
+                   settings.plan.candidates ? settings.plan.candidates : 8, settings.plan.tile,
+                   settings.plan.tile, error[i], seconds[i],
                    error[i] * seconds[i] / (error[0] * seconds[0]));
         }
         printf("\n");
