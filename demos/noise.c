@@ -350,7 +350,7 @@ static void draw(noise *n, canvas *c) {
     if (tile) snprintf(shared, sizeof shared, ", which serves %d x %d pixels", tile, tile);
     snprintf(
         text, sizeof text,
-        "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
+        "Plain probes find one exit at a time and shade it. Resampling finds %d candidates and shades "
         "the one it picks%s.%s",
         n->w.candidates, shared, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);

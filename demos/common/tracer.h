@@ -415,7 +415,7 @@ static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *p
     return radiance;
 }
 
-// The points that stand for a hit: the floor itself, or the exits of the light that leaves the
+// The points that stand for a hit: the floor itself, or the exits of the path that enters the
 // object here.
 static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings settings,
                                   sss_vec3 position, int shape, tracer_path *path,
