@@ -43,7 +43,7 @@ static const char usage[] =
     "  --albedo R,G,B     without --preset: diffuse albedos (0.93,0.42,0.14)\n"
     "  --up AXIS          the file's axis that points up: y, or z (default of STL files)\n"
     "  --turn DEGREES     see the object from this much further to the right (0)\n"
-    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --light-aware      give the library a light hint at each candidate\n"
     "  --share            the resampled picture shares its exits over tiles of pixels\n"
     "  --tolerance E      choose the model of each resampled lookup: by volume, profile or Lambert,\n"
     "                     whichever is cheapest for this relative error\n"
@@ -568,7 +568,7 @@ static const char *base_name(const char *path) {
 
 static const char *right_name(const viewer *v) {
     if (!v->view.shares) return pair_resampled_name(v->view.light_aware);
-    return v->view.light_aware ? "shared, told of the light" : "shared";
+    return v->view.light_aware ? "shared, light hint" : "shared";
 }
 
 static void run_text(viewer *v, int which, char *first, char *second, size_t room) {
@@ -621,7 +621,7 @@ static void draw_keys(viewer *v, canvas *c, float y) {
     x = canvas_key(c, x, y, '-', "");
     snprintf(text, sizeof text, "candidates: %d", v->w.candidates);
     x = canvas_key(c, x, y, '+', text);
-    x = canvas_key(c, x, y, 'L', v->view.light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'L', v->view.light_aware ? "no light hint" : "light hint");
     x = canvas_key(c, x, y, 'H', v->view.shares ? "share nothing" : "share exits");
     snprintf(text, sizeof text, "error: %g %%", 100.0 * (double)v->view.tolerance);
     x = canvas_key(c, x, y, 'T', v->view.tolerance > 0.0f ? text : "profile");

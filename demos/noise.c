@@ -17,7 +17,7 @@ static const char usage[] =
     "Renders a scene twice at the same price: plain on the left, resampled on the right, and the "
     "error of both.\n"
     "\n" WINDOW_HELP_SCENE
-    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --light-aware      give the library a light hint at each candidate\n"
     "  --share            the resampled half shares its exits over tiles of pixels\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
@@ -280,7 +280,7 @@ static void draw_split(const noise *n, canvas *c, box b, GLuint left, GLuint rig
 
 static const char *right_name(const noise *n) {
     if (!n->run[RESAMPLED].settings.plan.tile) return pair_resampled_name(n->light_aware);
-    return n->light_aware ? "shared, told of the light" : "shared";
+    return n->light_aware ? "shared, light hint" : "shared";
 }
 
 static void draw_run(const noise *n, canvas *c, int which, float x, float y, int side) {
@@ -324,7 +324,7 @@ static void draw_reference(const noise *n, canvas *c, float x, float y) {
 
 static void draw_keys(noise *n, canvas *c, float y) {
     float x = window_first_keys(&n->w, MARGIN, y);
-    x = canvas_key(c, x, y, 'L', n->light_aware ? "forget the light" : "tell of the light");
+    x = canvas_key(c, x, y, 'L', n->light_aware ? "no light hint" : "light hint");
     x = canvas_key(c, x, y, 'H', n->shares ? "share nothing" : "share exits");
     x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
     x = canvas_key(c, x, y, 'D', n->opener.runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
@@ -350,7 +350,7 @@ static void draw(noise *n, canvas *c) {
     if (tile) snprintf(shared, sizeof shared, ", which serves %d x %d pixels", tile, tile);
     snprintf(
         text, sizeof text,
-        "Plain probes find one exit of the light at a time and shade it. Resampling finds %d candidates and shades "
+        "Plain probes find one exit at a time and shade it. Resampling finds %d candidates and shades "
         "the one it picks%s.%s",
         n->w.candidates, shared, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);

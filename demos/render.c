@@ -39,7 +39,7 @@ static const char usage[] =
     "  --per-channel      every colour picks its own exit\n"
     "  --share N          shared: the side of the tiles in pixels, 0 to 8 (0: none; default: what the plan advises)\n"
     "  --independent      draw every candidate anew, not stratified\n"
-    "  --light-aware      tell the library a guess of the light at each candidate\n"
+    "  --light-aware      give the library a light hint at each candidate\n"
     "\n"
     "  --png FILE         tone-mapped picture\n"
     "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
@@ -603,8 +603,8 @@ static double spent(void) {
 }
 
 static void compare_settings(const options *o, const scene *s, run *runs) {
-    static const char *const method[RUNS] = {"lambert", "plain", "resampled, light-aware",
-                                             "shared, light-aware", "reference"};
+    static const char *const method[RUNS] = {"lambert", "plain", "resampled, light hint",
+                                             "shared, light hint", "reference"};
     for (int i = 0; i < RUNS; i++) {
         tracer_settings *settings = &runs[i].settings;
         runs[i].method = method[i];

@@ -820,7 +820,7 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     }
     if (sum.different)
         print_message("    %s, profile %d, method %d%s: %lu of %lu numbers differ, worst %.0f ulp\n", scenes_known[which].name,
-                      profile, settings.method, settings.light_aware ? ", told of the light" : "", sum.different,
+                      profile, settings.method, settings.light_aware ? ", light hint" : "", sum.different,
                       sum.compared, sum.worst);
     all->compared += sum.compared;
     all->different += sum.different;

@@ -21,7 +21,7 @@ static inline box pair_box(const canvas *c, int which, int across, int down) {
 }
 
 static inline const char *pair_resampled_name(int light_aware) {
-    return light_aware ? "resampled, told of the light" : "resampled";
+    return light_aware ? "resampled, light hint" : "resampled";
 }
 
 // In a corner of a picture.

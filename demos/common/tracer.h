@@ -32,7 +32,7 @@ enum { TRACER_PLAIN = 0, TRACER_RESAMPLED = 1, TRACER_REFERENCE = 2 };
 
 typedef struct tracer_settings {
     int method;
-    int light_aware; // resampled: tell the library a guess of the light at each candidate
+    int light_aware; // resampled: with a light hint at each candidate
     sss_plan plan;   // resampled: as given; plain: see tracer_plain_plan
     float tolerance; // above 0: sss_plan_for chooses the model of each lookup, for this error
     int width, height;
@@ -416,7 +416,7 @@ static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *p
     return radiance;
 }
 
-// The points that stand for a hit: the floor itself, or the exits of the light that leaves the
+// The points that stand for a hit: the floor itself, or the exits of the path that enters the
 // object here.
 static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings settings,
                                   sss_vec3 position, int shape, tracer_path *path,

@@ -15,21 +15,23 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+plt.rcParams["font.size"] = 13  # read on a phone, too
+
 COSTS = [0, 2, 10, 80]  # of shading, in probes: chart_costs in chart.c
 TOLERANCES = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01]
 LEVELS = [1, 4, 16, 64]
 TIMES = np.logspace(-5, -2, 22)  # seconds a pixel
 SCENES = ["sphere", "slab", "corner", "needles", "bear"]
 
-# What a rival is called, and its colour.
+# What a rival is called, and its colour: by Okabe and Ito, so that everyone can tell them apart.
 FAMILIES = {
     "Lambert": (["lambert"], "#999999"),
-    "one disk": (["disk"], "#b07aa1"),
-    "lean probe": (["lean"], "#9c755f"),
-    "resampled": (["resampled", "memo", "two-exits", "four-exits", "colours", "no-strata"], "#f28e2b"),
-    "shared": (["shared", "shared-one"], "#e15759"),
-    "walk": (["walk"], "#4e79a7"),
-    "cloud": (["cloud"], "#59a14f"),
+    "one disk": (["disk"], "#cc79a7"),
+    "lean probe": (["lean"], "#56b4e9"),
+    "resampled": (["resampled", "memo", "two-exits", "four-exits", "colours", "no-strata"], "#e69f00"),
+    "shared": (["shared", "shared-one"], "#d55e00"),
+    "walk": (["walk"], "#0072b2"),
+    "cloud": (["cloud"], "#009e73"),
 }
 
 
@@ -141,7 +143,7 @@ def finish(figure, path):
 
 def race(rows, out):
     bodies = [("thick", "sphere", 0.125), ("curved", "sphere", 1.0), ("thin, lit from behind", "slab", 1.0)]
-    figure, axes = plt.subplots(2, 3, figsize=(11, 6.6), sharex=True, sharey=True)
+    figure, axes = plt.subplots(2, 3, figsize=(11, 7.6), sharex=True, sharey=True)
     times = np.logspace(-6.5, -1.7, 120)
     for k, (name, scene, size) in enumerate(bodies):
         here = rivals(world(rows, scene, size), False)
@@ -162,16 +164,17 @@ def race(rows, out):
             ax.set_yticklabels(["1 %", "2 %", "5 %", "10 %", "20 %", "50 %", "100 %"])
             ax.minorticks_off()
             if j == 0:
-                ax.set_title(f"{name}", fontsize=12)
+                ax.set_title(name)
             if k == 0:
-                ax.set_ylabel(f"shading costs {cost} probes\n\ntotal error against the volume")
+                ax.set_ylabel(f"shading costs {cost} probes\n\ntotal error")
             if j == 1:
                 ax.set_xlabel("CPU time of a pixel, µs")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.suptitle("Thick bodies: Lambert or one disk. Curved and thin ones: a shared profile for a quick look, "
-                    "then the walk", fontsize=13, y=0.985)
-    figure.tight_layout(rect=(0, 0, 1, 0.955))
-    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96))
+    figure.suptitle("Thick bodies: Lambert or one disk.\nCurved and thin ones: a shared profile for a quick look, "
+                    "then the walk", fontsize=14, y=0.99)
+    figure.tight_layout(rect=(0, 0, 1, 0.93))
+    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.93),
+                  columnspacing=1.2)
     finish(figure, f"{out}-race.png")
 
 
@@ -185,7 +188,7 @@ def first_to(field, cost, target):
 def which(rows, out):
     charges = np.logspace(-0.5, 2.5, 31)
     spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
-    figure, axes = plt.subplots(2, 2, figsize=(13.5, 7.4), sharex=True, sharey=True)
+    figure, axes = plt.subplots(2, 2, figsize=(11, 8.4), sharex=True, sharey=True)
     used = set()
     for (j, target), (i, hinted) in [(y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])]:
         ax = axes[j, i]
@@ -204,16 +207,16 @@ def which(rows, out):
         ax.set_yticklabels(["1", "10", "100"])
         ax.set_title(f"to {100 * target:.0f} % error, " + ("hinted by n·l + .05" if hinted else "no hint"))
         ax.set_xticks(range(len(spots)))
-        ax.set_xticklabels([f"{thick:.2g}\n{scene}" for scene, _, thick in spots.itertuples(index=False)],
-                           fontsize=6.5)
+        ax.set_xticklabels([f"{scene} {thick:.2g}" for scene, _, thick in spots.itertuples(index=False)],
+                           rotation=90)
         if j == 1:
-            ax.set_xlabel("thickness of the body, in diffuse mean free paths")
+            ax.set_xlabel("body, and its thickness in diffuse mean free paths")
         if i == 0:
-            ax.set_ylabel("cost of shading an exit, in probes")
+            ax.set_ylabel("shading cost, in probes")
     names = [f for f in FAMILIES if f in used]
     handles = [plt.Rectangle((0, 0), 1, 1, color=FAMILIES[f][1]) for f in names]
-    figure.suptitle("Which for me: the method that is first down to a total error", fontsize=13, y=0.985)
-    figure.tight_layout(rect=(0, 0, 1, 0.955))
+    figure.suptitle("The method that is the first to reach a total error", y=0.99)
+    figure.tight_layout(rect=(0, 0, 1, 0.93))
     figure.legend(handles, names, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96))
     finish(figure, f"{out}-which.png")
 
@@ -241,7 +244,7 @@ def hints(table, out):
     figure, ax = plt.subplots(figsize=(8.6, 4.2))
     width = 0.15
     names = {"exact": "exact", "lamp": "lamp and sky, no shadows", "cosine": "n·l + .05", "wrong": "wrong side"}
-    colours = ["#59a14f", "#76b7b2", "#edc948", "#e15759"]
+    colours = ["#009e73", "#56b4e9", "#e69f00", "#d55e00"]
     for k, (hint, label) in enumerate(names.items()):
         height = np.array(table["resampled", hint])
         ax.bar(np.arange(len(SCENES)) + (k - 1.5) * width, height - 1, width, bottom=1, label=label, color=colours[k])
@@ -249,10 +252,11 @@ def hints(table, out):
     ax.set_yscale("log")
     ax.set_xticks(range(len(SCENES)))
     ax.set_xticklabels(SCENES)
-    ax.set_ylabel("variance, over that without a hint")
-    ax.set_title("A hint that knows the lamp and the sky takes variance away; n·l + .05 adds some here")
-    ax.legend(frameon=False, ncol=4, loc="upper left")
-    ax.set_ylim(0.1, 200)
+    ax.set_ylabel("variance over that without hint")
+    ax.set_title("A hint that knows lamp and sky lowers the variance; n·l + .05 raises it here",
+                 fontsize=12)
+    ax.legend(frameon=False, ncol=2, loc="upper left")
+    ax.set_ylim(0.1, 1000)
     ax.set_yticks([0.1, 1, 10, 100])
     ax.set_yticklabels(["0.1", "1", "10", "100"])
     figure.tight_layout()
@@ -307,8 +311,9 @@ def profiles(path, out):
     names = ["Burley by dmfp", "Burley by mfp", "dipole", "better dipole"]
     figure, ax = plt.subplots(figsize=(7.4, 4.2))
     data = data[data[0] == data[0].min()]
+    colours = ["#0072b2", "#e69f00", "#009e73", "#d55e00"]
     for k, name in enumerate(names):
-        ax.plot(data[1], 100 * data[3 + k], "o-", label=name)
+        ax.plot(data[1], 100 * data[3 + k], "os^D"[k] + "-", color=colours[k], label=name)
     ax.set_xlabel("albedo of a scattering")
     ax.set_ylabel("error of the profile, %")
     ax.set_ylim(bottom=0)
@@ -352,7 +357,7 @@ def caption_of(verdict):
     always = {h: int((v.worst <= 1.2).sum()) for h, v in part.items()}
     return [
         "Total error (noise and model together) against a random walk through the volume, over CPU time of a pixel; "
-        "no method has a light hint, and each has its best setting at each time.",
+        "no method has a light hint, and each method has its best setting at each time.",
         "",
         f"**The plan is within 20 % of the least error of all rivals in {near[False]} of {len(part[False])} cases of scene "
         f"and cost of shading without hints, and in {near[True]} of {len(part[True])} hinted by n·l + .05** (mean over "
@@ -387,8 +392,8 @@ def plan_lines(verdict):
         "",
     ] + table_of(["scene", "cost", "no hint: mean, worst", "time", "quickest", "hinted: mean, worst", "time", "quickest"],
                  rows) + other + [
-        "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: it is told of the body and "
-        "of the pixel, not of the light.",
+        "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: the plan depends on the body "
+        "and the pixel, not on the light.",
         "",
     ]
 

@@ -486,10 +486,10 @@ static void show_wall(void) {
     tally t[2], truth;
     load_scene(&s, SCENES_SLAB, "burley", 1.0f);
     truth = measure_wall(&s, wall_settings(TRACER_REFERENCE, 0, size), lookups_of(400000));
-    for (int told = 0; told < 2; told++) {
-        tracer_settings settings = wall_settings(TRACER_RESAMPLED, told, size);
+    for (int hinted = 0; hinted < 2; hinted++) {
+        tracer_settings settings = wall_settings(TRACER_RESAMPLED, hinted, size);
         image picture;
-        t[told] = measure_wall(&s, settings, lookups_of(400000));
+        t[hinted] = measure_wall(&s, settings, lookups_of(400000));
         if (!image_new(&picture, size, size)) fail(1, "out of memory");
 #pragma omp parallel for schedule(dynamic)
         for (int y = 0; y < size; y++)
@@ -498,7 +498,7 @@ static void show_wall(void) {
                 float *rgb = picture.rgb + image_count(size, y) + 3 * (i / spp);
                 rgb[0] += l.x, rgb[1] += l.y, rgb[2] += l.z;
             }
-        write_picture(&picture, WALL, told ? "right" : "left", 0.8f / (float)spp);
+        write_picture(&picture, WALL, hinted ? "right" : "left", 0.8f / (float)spp);
         free(picture.rgb);
     }
     claim(WALL, "classical", "noise", t[0].noise, t[0].noise_error, t[1].noise, t[1].noise_error);

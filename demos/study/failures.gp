@@ -18,9 +18,9 @@ axes(name) = \
         set xrange [0.8:500]; set xtics (1, 4, 16, 64); set yrange [0:2.4]" : \
     name eq "retry" ? "set xlabel 'radius of the sphere / d'; set ylabel 'mean over truth'; set logscale xy; \
         set xrange [0.08:13]; set xtics (0.1, 1, 10); set yrange [0.5:40]; set ytics (1, 3, 10, 30)" : \
-    name eq "hair" ? "set xlabel 'lookups'; set ylabel 'largest weight over albedo'; set logscale xy; \
+    name eq "hair" ? "set xlabel 'lookups'; set ylabel 'largest weight / albedo'; set logscale xy; \
         set xrange [50:4e6]; set xtics ('10^2' 100, '10^4' 1e4, '10^6' 1e6); set yrange [1:2000]; \
-        set ytics (1, 10, 100, 1000)" : \
+        set ytics ('1' 1, '10' 10, '100' 100, '10^3' 1000)" : \
     name eq "slab" ? "set xlabel 'thickness of the slab / h'; set ylabel 'mean over truth'; set logscale x; \
         set xrange [0.08:12]; set xtics (0.1, 0.3, 1, 3, 10); set yrange [0.4:1.15]; set ytics 0.2" : \
     "set xlabel 'distance / mean free path'; set ylabel 'relative error'; set logscale xy; \
@@ -31,8 +31,8 @@ data(name) = sprintf("'%s-%s.dat' ", out, name)
 bars(name, i, colour) = \
     sprintf("%s index %d using 1:2:3 with yerrorlines pt 7 lw 1.5 * w lc rgb '%s', ", data(name), i, colour)
 body(side, i, text) = bars("hits", 3 * side + i, colour_of(side)). \
-    sprintf("%s index %d every ::7::7 using (80):2:('%s') with labels left tc rgb black, ", data("hits"), \
-            3 * side + i, text)
+    sprintf("%s index %d every ::7::7 using (80):2:('%s') with labels left tc rgb black \
+        offset 0, %g, ", data("hits"), 3 * side + i, text, side ? 0.8 : 0)
 curves(name, side) = \
     name eq "hits" ? one.body(side, 0, side ? "" : "plane").body(side, 1, side ? "all three" : "sphere"). \
         body(side, 2, side ? "" : "plates") : \
@@ -50,7 +50,7 @@ reset_axes = "unset logscale; set autoscale; unset xlabel; unset ylabel; set xti
 half(name, side, x0, x1, y0, y1) = reset_axes."; ".(is_picture(name) \
     ? box(0.5 * (x0 + x1 - tall * (y1 - y0)), 0.5 * (x0 + x1 + tall * (y1 - y0)), y0, y1)."; \
        unset xtics; unset ytics; unset border; " \
-    : box(x0 + 0.22 * (x1 - x0), x1 - 0.03 * (x1 - x0), y0 + 0.16 * (y1 - y0), y1)."; ".axes(name)."; "). \
+    : box(x0 + 0.22 * (x1 - x0), x1 - 0.03 * (x1 - x0), y0 + 0.18 * (y1 - y0), y1)."; ".axes(name)."; "). \
     (name eq "hair" && side == 1 \
         ? "set label 9 'bound of the default plan' at graph 0.03, first 22 left tc rgb black; " : ""). \
     sprintf("set label 1 \"%s\" at screen %g, %g center tc rgb '%s'; ", \
@@ -85,7 +85,7 @@ do for [sheet = 0:1] {
     rows = words(shown) / 2
     share = 1.0 / rows
     tall = 0.25 * rows
-    set terminal pngcairo enhanced size 1400, 350 * rows font (sheet ? 'DejaVu Sans,13' : 'DejaVu Sans,10.5')
+    set terminal pngcairo enhanced size 1400, 350 * rows font (sheet ? 'DejaVu Sans,13' : 'DejaVu Sans,11')
     set output out.(sheet ? "-four" : "").".png"
     set multiplot
     do for [i = 1:words(shown)] {

@@ -30,10 +30,10 @@ static const mix_plan mix_plans[] = {
     {"disk 4 sphere 2 chord 2", 8, 0, 0, {0.5f, 0.0f, 0.0f, 0.25f, 0.25f}},
     {"disk 2 sphere 4 chord 2", 8, 0, 0, {0.25f, 0.0f, 0.0f, 0.5f, 0.25f}},
     {"disk 2 sphere 5 chord 1", 8, 0, 0, {0.25f, 0.0f, 0.0f, 0.625f, 0.125f}},
-    {"default, told of the light", 8, 0, 1, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
-    {"disk 4 chord 4, told", 8, 0, 1, {0.5f, 0.0f, 0.0f, 0.0f, 0.5f}},
-    {"disk 4 tangents 2+2, told", 8, 0, 1, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
-    {"disk 2 sphere 5 chord 1, told", 8, 0, 1, {0.25f, 0.0f, 0.0f, 0.625f, 0.125f}},
+    {"default, light hint", 8, 0, 1, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
+    {"disk 4 chord 4, hinted", 8, 0, 1, {0.5f, 0.0f, 0.0f, 0.0f, 0.5f}},
+    {"disk 4 tangents 2+2, hinted", 8, 0, 1, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
+    {"disk 2 sphere 5 chord 1, hinted", 8, 0, 1, {0.25f, 0.0f, 0.0f, 0.625f, 0.125f}},
 };
 #define MIX_PLANS ((int)(sizeof mix_plans / sizeof mix_plans[0]))
 

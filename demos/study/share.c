@@ -16,11 +16,15 @@
 #define ZOOM      4
 #define REFERENCE 256 // samples a pixel of brute force, in each of two halves
 #define MARGIN    16
-#define CAPTION   96
+#define CAPTION   264
 
 enum { OWN_1, SHARED_1, OWN_16, SHARED_16, PANELS };
-static const char *const title[PANELS] = {"own exits, 1 sample", "shared, 1 sample", "own exits, 16 samples",
-                                          "shared, 16 samples"};
+static const char *const title[PANELS] = {"own exits", "shared", "own exits", "shared"};
+enum { CAPTION_LINES = 3 };
+static const char *const caption[CAPTION_LINES] = {
+    "All lookups have a light hint. A shared exit serves 8 x 8 pixels. Lower row: the error. It is grey",
+    "where there is none, and four times as strong in the two panels on the right. Correlation: of the",
+    "errors of neighbouring pixels."};
 static const int samples[PANELS] = {1, 1, 16, 16};
 
 static void add(image *part, int x, int y, sss_vec3 radiance) {
@@ -121,18 +125,22 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
         float scale = samples[i] == 1 ? 1.0f : 4.0f;
         draw(&sheet, &part[i], truth, 0.0f, left, MARGIN);
         draw(&sheet, &part[i], truth, scale, left, 2 * MARGIN + panel);
-        image_text(&sheet, &font, title[i], 24.0f, left, below + 28, 20);
+        image_text(&sheet, &font, title[i], 38.0f, left, below + 38, 20);
         double error = image_relative_mse(&part[i], &truth[0], &truth[1], mask);
         double neighbours = correlation(&part[i], truth, mask);
+        snprintf(line, sizeof line, "%d sample%s", samples[i], samples[i] == 1 ? "" : "s");
+        image_text(&sheet, &font, line, 32.0f, left, below + 74, 20);
         snprintf(line, sizeof line, "relative MSE %.4f", error);
-        image_text(&sheet, &font, line, 18.0f, left, below + 52, 20);
-        snprintf(line, sizeof line, "neighbours' errors correlate: %.2f", neighbours);
-        image_text(&sheet, &font, line, 18.0f, left, below + 74, 20);
-        printf("%-24s relative MSE %.5f, correlation of neighbours %.3f\n", title[i], error, neighbours);
+        image_text(&sheet, &font, line, 32.0f, left, below + 110, 20);
+        snprintf(line, sizeof line, "correlation %.2f", neighbours);
+        image_text(&sheet, &font, line, 32.0f, left, below + 146, 20);
+        printf("%s, %d: relative MSE %.5f, correlation of neighbours %.3f\n", title[i],
+               samples[i], error, neighbours);
     }
-    image_text(&sheet, &font, "Lower row: the error, grey where there is none, four times as strong in the two panels on the right. "
-               "All lookups are told of the light; a shared exit serves 8 x 8 pixels.",
-               13.0f, MARGIN, height - 6, 110);
+    for (int i = 0; i < CAPTION_LINES; i++) {
+        int baseline = height - MARGIN - 34 * (CAPTION_LINES - 1 - i);
+        image_text(&sheet, &font, caption[i], 29.0f, MARGIN, baseline, 60);
+    }
     wrong = file_write_png(path, &sheet);
     if (wrong) fail(1, "cannot write %s: %s", path, wrong);
     free(sheet.rgb);

@@ -64,7 +64,7 @@ static double cpu_seconds(void) {
 
 // ---- Light and lookups
 
-// What a lookup is told of the light at a hit, and what shading an exit adds to the noise.
+// The light hint of a lookup at a hit, and what shading an exit adds to the noise.
 typedef struct tile_shading {
     const char *name;
     int knows_lamp; // its size, distance and the sky; else n.l + 0.05

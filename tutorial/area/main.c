@@ -40,12 +40,13 @@ static void check_energy(void) {
 
 int main(int argc, char **argv) {
     sheet s = sheet_begin(argc, argv, WAYS, SIDE, SIDE);
-    static const char *const title[WAYS] = {"Lambert", "wax, exact", "16 points a pixel",
-                                            "512 points a pixel"};
 
     for (int way = 0; way < WAYS; way++) {
         double full = 0, shown = 0; // sums of red, and of what of it is not cut off at white
-        sheet_title(&s, way, title[way]);
+        char title[64] = "Lambert";
+        if (way == EXACT) strcpy(title, "wax, exact");
+        if (way >= FEW) snprintf(title, sizeof title, "%d points a pixel", way == FEW ? few : many);
+        sheet_title(&s, way, title);
         for (int i = 0; i < SIDE * SIDE; i++) {
             int points = way == MANY ? many : few;
             vec seen = pixel(i % SIDE, i / SIDE, SIDE, points, exitance, way);
@@ -53,7 +54,7 @@ int main(int argc, char **argv) {
             full += seen.x;
             shown += seen.x < white ? seen.x : white;
         }
-        printf("%s: mean red radiance %.3f, as shown %.3f\n", title[way], full / (SIDE * SIDE),
+        printf("%s: mean red radiance %.3f, as shown %.3f\n", title, full / (SIDE * SIDE),
                shown / (SIDE * SIDE));
     }
     check_energy();

@@ -86,6 +86,10 @@ class Sheet:
             file.write(f"<title>{self.title}</title>\n<style>{STYLE}</style>\n{inside}\n</svg>\n")
 
 
+def sub(letter, below):
+    return f"{letter}<tspan baseline-shift='sub' font-size='13'>{below}</tspan>"
+
+
 def curve(f, x0, x1, steps=80):
     return [(x0 + (x1 - x0) * i / steps, f(x0 + (x1 - x0) * i / steps)) for i in range(steps + 1)]
 
@@ -157,7 +161,7 @@ def points():
     s.text(
         320,
         318,
-        "The profile knows the distance |y - x| alone: both ways are the same to it.",
+        "The profile depends only on the distance |y - x|.",
         "small",
         "middle",
     )
@@ -168,41 +172,42 @@ def shadow():
     s = Sheet(
         "shadow", "A piece of surface casts a shadow on the disk that is its size times the cosine"
     )
-    slope, x = 0.4, (215, 160)
+    x = (215, 110)
 
     def top(px):
-        return x[1] + slope * (px - x[0])
+        return x[1] + 0.0016 * (px - x[0]) ** 2
 
     surface(s, top)
     a, b = 400, 455
-    s.path([(a, 62), (b, 62), (b, top(b)), (a, top(a))], "f-blue pale", closed=True)
-    s.path([(70, 62), (570, 62)], "line ink")
-    s.path([(a, 62), (b, 62)], "line thick blue")
-    s.path([(a, top(a)), (b, top(b))], "line thick blue")
-    for px in (130, 175, 205, 225, 255, 300):
-        s.path([(px, 62), (px, max(62, top(px)))], "line thin soft dash")
+    slope = 0.0032 * (0.5 * (a + b) - x[0])
+    s.path([(a, x[1]), (b, x[1]), (b, top(b)), (a, top(a))], "f-blue pale", closed=True)
+    s.path([(30, x[1]), (570, x[1])], "line ink dash")
+    s.path([(a, x[1]), (b, x[1])], "line thick blue")
+    s.path(curve(top, a, b), "line thick blue")
+    for px in (70, 120, 165, 190, 240, 262, 310, 350):
+        s.path([(px, x[1] - 24), (px, top(px) + 24)], "line thin soft dash")
     s.arrow(x, (x[0], x[1] - 90), "ink")
-    s.text(x[0] + 8, x[1] - 78, "n", "it b")
+    s.text(x[0] + 10, x[1] - 74, "n", "it b")
     m = (0.5 * (a + b), top(0.5 * (a + b)))
     k = 70 / math.hypot(1, slope)
     s.arrow(m, (m[0] + k * slope, m[1] - k), "ink")
     s.text(
         m[0] + k * slope + 8,
         m[1] - k + 4,
-        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        sub("n", "y"),
         "it b",
     )
     s.dot(x, 6, "f-ink")
     s.text(x[0] - 12, x[1] + 26, "x", "it b", "end")
-    s.text(70, 46, "the disk about x")
+    s.text(570, x[1] - 14, "the disk", "", "end")
     s.text(
         0.5 * (a + b),
-        46,
-        "|n·n<tspan baseline-shift='sub' font-size='13'>y</tspan>| dS",
+        x[1] - 18,
+        f"|n·{sub('n', 'y')}| dS",
         "b f-blue",
         "middle",
     )
-    s.text(m[0] - 34, m[1] + 34, "dS", "b f-blue", "end")
+    s.text(m[0] - 24, m[1] + 30, "dS", "b f-blue", "end")
     return s
 
 
@@ -226,11 +231,11 @@ def radii():
     s.text(400, 28, "probe, along the axis")
     s.text(152, 286, "axis", "", "end")
     s.text(262, 112, "r", "it b f-blue", "end")
-    s.text(280, y[1] + 22, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>", "it b f-orange")
+    s.text(280, y[1] + 22, sub("r", "a"), "it b f-orange")
     s.text(420, 78, "r: what the", "b f-blue")
     s.text(420, 101, "profile weighs", "b f-blue")
     s.text(
-        420, 136, "r<tspan baseline-shift='sub' font-size='13'>a</tspan>: where the", "b f-orange"
+        420, 136, f"{sub('r', 'a')}: where the", "b f-orange"
     )
     s.text(420, 159, "probe was drawn", "b f-orange")
     return s
@@ -269,7 +274,7 @@ def axes():
     s.dot(go(go(x, t, -16), n, -16), 2.5, "f-ink")
     s.text(go(x, n, 88)[0] + 4, go(x, n, 88)[1] + 4, "n", "it b")
     s.text(go(x, t, 84)[0] - 4, go(x, t, 84)[1] + 20, "t", "it b")
-    s.text(x[0] - 42, x[1] + 22, "b", "it b")
+    s.text(x[0] - 48, x[1] + 14, "b", "it b")
     s.text(426, 88, "along n: 1/2", "b f-orange")
     s.text(426, 111, "grazes the other wall")
     s.text(426, 151, "along t: 1/4", "b f-blue")
@@ -311,7 +316,7 @@ def sphere():
     s.text(
         y[0] + k * slope + 8,
         y[1] - k + 6,
-        "n<tspan baseline-shift='sub' font-size='13'>y</tspan>",
+        sub("n", "y"),
         "it b",
     )
     s.arrow(x, (260, 12), "ink")
@@ -324,12 +329,12 @@ def sphere():
     s.text(y[0] - 12, y[1] - 14, "y", "it b", "end")
     s.text(396, 160, "ω", "it b f-blue")
     s.text(
-        424,
+        404,
         216,
-        "|n<tspan baseline-shift='sub' font-size='13'>y</tspan>·ω| dS / |y - o|²",
+        f"|{sub('n', 'y')}·ω| dS / |y - o|²",
         "b f-blue",
     )
-    s.text(424, 240, "is the angle that dS fills", "small")
+    s.text(404, 240, "is the solid angle of dS", "small")
     return s
 
 
@@ -374,7 +379,7 @@ def chord():
     s.text(340, 60, "Two uniform points of", "")
     s.text(340, 84, "the sphere, joined.", "")
     s.text(340, 124, "It crosses a piece dS", "b f-blue")
-    s.text(340, 148, "with the chance", "b f-blue")
+    s.text(340, 148, "with the probability", "b f-blue")
     s.text(340, 172, "dS / (2π ρ²), wherever", "b f-blue")
     s.text(340, 196, "and however it lies.", "b f-blue")
     return s
@@ -383,7 +388,7 @@ def chord():
 def reservoir():
     s = Sheet(
         "reservoir",
-        "A reservoir holds one candidate; each new one takes its place with the chance w / W",
+        "A reservoir holds one candidate; each new one takes its place with probability w / W",
         250,
     )
     weights, taken, at, total, held = [2.0, 0.6, 3.2, 1.0, 1.6], [1, 0, 1, 0, 0], 60, 0.0, 0
@@ -424,7 +429,7 @@ def tile():
             s.path(corner + corner[:1], "line thin soft")
             u, v = 0.25 + 0.5 * dice.random(), 0.25 + 0.5 * dice.random()
             entries.append((60 + 62 * (i + u) + 20 * (j + v), 70 + 50 * (j + v)))
-    y = (462, 178)
+    y = (450, 178)
     for e in entries:
         s.path([y, e], "line thin orange half")
     own = entries[9]
@@ -434,11 +439,11 @@ def tile():
     s.dot(own, 6, "f-blue")
     s.dot(y, 9, "f-orange")
     s.text(60, 40, "the entries of a tile of pixels", "b")
-    s.text(480, 172, "y, one exit:", "b f-orange")
-    s.text(480, 196, "shaded once,", "b f-orange")
-    s.text(480, 220, "weighed for all", "b f-orange")
-    s.text(60, 302, "The lookup that found it", "b f-blue")
-    s.text(60, 326, "and its neighbours, each with its own profile.", "small")
+    s.text(466, 172, "y, one exit:", "b f-orange")
+    s.text(466, 196, "shaded once,", "b f-orange")
+    s.text(466, 220, "weighed for all", "b f-orange")
+    s.text(60, 302, "blue: the entry whose lookup found y", "b f-blue")
+    s.text(60, 326, "Every entry weighs y by its own profile.", "small")
     return s
 
 

@@ -112,13 +112,19 @@ const handle = (g, x, y, c) => {
 };
 
 // An area of the canvas with axes in it: at(x, y) gives pixels. `log` axes take powers of ten.
-const plot = (g, c, box, x, y) => {
+const plot_places = (box, x, y) => {
     const value = (axis, v) =>
         axis.log
             ? Math.log(Math.max(v, 1e-30) / axis.from) / Math.log(axis.to / axis.from)
             : (v - axis.from) / (axis.to - axis.from);
     const px = (v) => box.x + box.w * value(x, v),
         py = (v) => box.y + box.h * (1 - value(y, v));
+    return { x: px, y: py, at: (a, b) => [px(a), py(b)] };
+};
+const plot = (g, c, box, x, y) => {
+    const q = plot_places(box, x, y),
+        px = q.x,
+        py = q.y;
     (y.ticks || []).forEach((v) => {
         line(g, [c.rule, 1], [box.x, py(v)], [box.x + box.w, py(v)]);
         write(g, String(v), box.x - 6, py(v), c.soft, "right", 12);
@@ -129,7 +135,54 @@ const plot = (g, c, box, x, y) => {
     line(g, [c.soft, 1], [box.x, box.y + box.h], [box.x + box.w, box.y + box.h]);
     if (x.title) write(g, x.title, box.x + box.w, box.y + box.h + 30, c.soft, "right", 12);
     if (y.title) write(g, y.title, box.x - 6 - (y.shift || 0), box.y - 14, c.soft, "left", 12);
-    return { x: px, y: py, at: (a, b) => [px(a), py(b)] };
+    return q;
+};
+
+// The weights of hits over their distance. The dots stay on a canvas of their own, so that each is
+// drawn once.
+const weight_cloud = (f, farthest) => {
+    const canvas = document.createElement("canvas");
+    const x = {
+        from: 0.003,
+        to: farthest,
+        log: true,
+        ticks: [0.01, 0.1, 1],
+        title: "distance from the entry",
+    };
+    const y = {
+        from: 0.1,
+        to: 1000,
+        log: true,
+        ticks: [0.1, 1, 10, 100, 1000],
+        title: "weight of a hit",
+    };
+    return {
+        clear() {
+            canvas.width = canvas.width;
+        },
+        // look(hit) is the radius and the colour of a dot. What is too heavy for the plot lies on
+        // its upper edge.
+        add(hits, box, look) {
+            const w = Math.round(f.w * f.scale),
+                h = Math.round(f.h * f.scale);
+            if (canvas.width !== w || canvas.height !== h)
+                Object.assign(canvas, { width: w, height: h });
+            const g = canvas.getContext("2d"),
+                q = plot_places(box, x, y);
+            g.setTransform(f.scale, 0, 0, f.scale, 0, 0);
+            g.globalAlpha = 0.5;
+            hits.forEach((hit) => {
+                const [px, py] = q.at(hit.r, hit.weight);
+                if (px > box.x && px < box.x + box.w && py < box.y + box.h)
+                    dot(g, px, Math.max(py, box.y), ...look(hit));
+            });
+        },
+        draw(g, box) {
+            const q = plot(g, f.c, box, x, y);
+            g.drawImage(canvas, 0, 0, f.w, f.h);
+            return q;
+        },
+    };
 };
 
 // ---- The frame around a figure
@@ -364,7 +417,7 @@ class Frame {
             this.done = this.parts.work(seconds) === false;
             this.dirty = true;
         }
-        if (!this.dirty) return;
+        if (!this.dirty || !this.w) return; // no width: the window is not laid out yet
         this.dirty = false;
         this.g.setTransform(this.scale, 0, 0, this.scale, 0, 0);
         this.g.clearRect(0, 0, this.w, this.h);
@@ -428,10 +481,10 @@ const start = async (code) => {
 
     let before = performance.now();
     const tick = (now) => {
+        requestAnimationFrame(tick); // first, so that an error in one figure stops no other
         const seconds = clamp((now - before) / 1000, 0, 0.1);
         before = now;
         all.forEach((f) => f.seen && f.tick(seconds, now));
-        requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
 };

@@ -4,8 +4,9 @@
 
 // Change these and see what happens.
 static const vec sun_behind = {-0.6, 0.35, -0.7};
-static const int few = 4, many = 16; // lookups for each pixel
-static const int light_hint = 1;     // 0: no hints
+static const int few = 4, many = 256; // lookups for each pixel
+static const int light_hint = 1;      // 0: no hints
+static const double exposure = 2.5;   // the camera sees the dark side
 
 enum { PROFILE, WALK, WAYS, BLOCK = 4 };
 static sss_medium wax;
@@ -61,7 +62,9 @@ static vec picture_mean(int way, int samples, vec *seen) {
 }
 static void show(sheet *s, int panel, const char *title, const vec *seen) {
     sheet_title(s, panel, title);
-    for (int i = 0; i < SIDE * SIDE; i++) sheet_pixel(s, panel, i % SIDE, i / SIDE, seen[i]);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        sheet_pixel(s, panel, i % SIDE, i / SIDE, scale(seen[i], exposure));
+    }
 }
 // The profile's error, in blocks of pixels: full colour where it is off by 50 %.
 static void show_error(sheet *s, int panel, const vec *seen, const vec *right) {
@@ -95,7 +98,9 @@ int main(int argc, char **argv) {
         show(&s, way, name[way], by[way]);
     }
     picture_mean(WALK, few, noisy);
-    show(&s, 2, "walk, 4 lookups a pixel", noisy);
+    char title[64];
+    snprintf(title, sizeof title, "walk, %d lookups a pixel", few);
+    show(&s, 2, title, noisy);
     sheet_title(&s, 3, "error of the profile");
     show_error(&s, 3, by[PROFILE], by[WALK]);
     for (int way = 0; way < WAYS; way++) {

@@ -13,15 +13,15 @@ define("chord", (f) => {
         seed = 1,
         wait = 0;
     let spike = [
-            { probes: [], hits: [] },
-            { probes: [], hits: [] },
-        ],
-        cloud = document.createElement("canvas");
+        { probes: [], hits: [] },
+        { probes: [], hits: [] },
+    ];
+    const cloud = weight_cloud(f, 3);
 
     f.title(
-        "Chords do not care",
-        "Move the patch and turn it. Chords of the ball cross it equally often, wherever " +
-            "it is and however it is turned. Parallel lines miss it when it turns away. So on " +
+        "Chords cross a patch equally often",
+        "Move the patch and turn it. The chords cross it equally often, wherever it is and " +
+            "however it is turned. Parallel lines miss it when it turns away. So on " +
             "a spike every hit of a chord weighs 2, and a hit of a disk may weigh hundreds.",
         "Keys: arrows move the patch or the entry, the comma and the full stop turn the patch.",
     );
@@ -56,10 +56,10 @@ define("chord", (f) => {
         lines = [[], []];
         rate = [0, 0];
         seen = [0, 0];
-        cloud.width = cloud.width;
+        cloud.clear();
         C.spike_begin(width.value, entry, seed);
         const label = is_patch()
-            ? ["chords: crossings over expected", "parallel lines: over facing", "", ""]
+            ? ["chords: crossings over expected", "parallel lines: over those facing", "", ""]
             : ["chords: largest weight", "disks: largest weight", "chords: mean", "disks: mean"];
         Object.values(numbers).forEach((n, i) => {
             n.box.firstChild.textContent = label[i];
@@ -86,20 +86,6 @@ define("chord", (f) => {
         while (lines[way].length > 110) lines[way].shift();
     };
 
-    const axis_x = {
-        from: 0.003,
-        to: 3,
-        log: true,
-        ticks: [0.01, 0.1, 1],
-        title: "distance from the entry",
-    };
-    const axis_y = {
-        from: 0.1,
-        to: 1000,
-        log: true,
-        ticks: [0.1, 1, 10, 100, 1000],
-        title: "weight of a hit",
-    };
     const places = () => {
         const wide = f.w >= 640,
             half = f.w / 2;
@@ -121,25 +107,6 @@ define("chord", (f) => {
     const entry_at = (p) => {
         const [x, z] = is_patch() ? place : [width.value * Math.sqrt(1 - entry * entry), entry];
         return [p.x + x * p.r, p.y - z * p.r];
-    };
-    const scatter = (way, hits) => {
-        const cw = Math.round(f.w * f.scale),
-            ch = Math.round(f.h * f.scale),
-            b = places().box;
-        if (cloud.width !== cw || cloud.height !== ch)
-            Object.assign(cloud, { width: cw, height: ch });
-        const k = cloud.getContext("2d");
-        k.setTransform(f.scale, 0, 0, f.scale, 0, 0);
-        k.globalAlpha = 0.5;
-        hits.forEach((hit) => {
-            const x =
-                b.x + (b.w * Math.log(hit.r / axis_x.from)) / Math.log(axis_x.to / axis_x.from);
-            const y =
-                b.y +
-                b.h * (1 - Math.log(hit.weight / axis_y.from) / Math.log(axis_y.to / axis_y.from));
-            if (x > b.x && y < b.y + b.h)
-                dot(k, x, Math.max(y, b.y), 1.4, way ? f.c.orange : f.c.blue);
-        });
     };
 
     const draw_patch = (g, c, p, way) => {
@@ -234,7 +201,7 @@ define("chord", (f) => {
             [0, 1].forEach((way) => {
                 C.spike_run(way ? 1500 : 200, way ? 0 : 1);
                 const hits = hits_drawn();
-                scatter(way, hits);
+                cloud.add(hits, places().box, () => [1.4, way ? f.c.orange : f.c.blue]);
                 if (wait <= 0)
                     spike[way] = {
                         probes: probes_drawn().slice(0, 22),
@@ -248,8 +215,7 @@ define("chord", (f) => {
                 p = places();
             if (is_patch()) return [0, 1].forEach((way) => draw_patch(g, c, p[way], way));
             [0, 1].forEach((way) => draw_spike(g, c, p[way], way));
-            const q = plot(g, c, p.box, axis_x, axis_y);
-            g.drawImage(cloud, 0, 0, w, h);
+            const q = cloud.draw(g, p.box);
             write(
                 g,
                 "chords: always 2",

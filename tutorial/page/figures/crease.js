@@ -10,13 +10,13 @@ define("crease", (f) => {
         drawn = { probes: [], hits: [] },
         wait = 0,
         exact = 1;
-    const cloud = document.createElement("canvas");
+    const cloud = weight_cloud(f, 6);
 
     f.title(
         "Axes and colours in a crease",
         "Probes along one axis graze the other wall: their hits are rare and heavy. Add " +
-            "the two tangents, and no weight passes 12. Then take red away: its far light is " +
-            "found by chance alone.",
+            "the two tangents, and no weight passes 12. Then switch red off: no probe looks for " +
+            "its far light, so hits there are rare and heavy again.",
         "Keys: left and right move the entry along the wall, up and down open the crease.",
     );
     const axes = [
@@ -69,7 +69,7 @@ define("crease", (f) => {
         C.crease_begin(techniques, bits, Math.sin(half), Math.cos(half), from_edge, 1);
         exact = energy();
         wait = 0;
-        cloud.width = cloud.width; // clears it
+        cloud.clear();
         f.changed();
     };
 
@@ -90,53 +90,16 @@ define("crease", (f) => {
             p.cy - from_edge * Math.cos(half) * p.unit,
         ];
     };
-    const axis_x = {
-        from: 0.003,
-        to: 6,
-        log: true,
-        ticks: [0.01, 0.1, 1],
-        title: "distance from the entry",
-    };
-    const axis_y = {
-        from: 0.1,
-        to: 1000,
-        log: true,
-        ticks: [0.1, 1, 10, 100, 1000],
-        title: "weight of a hit",
-    };
 
     f.height = (w) => (w >= 640 ? 0.5 * w : 0.8 * w + 320);
     return {
         work(seconds) {
             if (C.crease_count() >= most) return false;
             C.crease_run(1500);
-            const p = places(),
-                hits = hits_drawn();
-            const cw = Math.round(f.w * f.scale),
-                ch = Math.round(f.h * f.scale);
-            if (cloud.width !== cw || cloud.height !== ch)
-                Object.assign(cloud, { width: cw, height: ch });
-            const k = cloud.getContext("2d"),
-                b = p.box;
-            k.setTransform(f.scale, 0, 0, f.scale, 0, 0);
-            k.globalAlpha = 0.5;
-            hits.forEach((hit) => {
-                const x =
-                    b.x + (b.w * Math.log(hit.r / axis_x.from)) / Math.log(axis_x.to / axis_x.from);
-                const y =
-                    b.y +
-                    b.h *
-                        (1 -
-                            Math.log(hit.weight / axis_y.from) / Math.log(axis_y.to / axis_y.from));
-                if (x > b.x && x < b.x + b.w && y < b.y + b.h)
-                    dot(
-                        k,
-                        x,
-                        Math.max(y, b.y),
-                        hit.weight > bound ? 2.2 : 1.2,
-                        hit.weight > bound ? f.c.orange : f.c.blue,
-                    );
-            });
+            const hits = hits_drawn();
+            cloud.add(hits, places().box, (hit) =>
+                hit.weight > bound ? [2.2, f.c.orange] : [1.2, f.c.blue],
+            );
             wait -= seconds;
             if (wait <= 0) {
                 drawn = {
@@ -193,8 +156,7 @@ define("crease", (f) => {
             );
             g.restore();
 
-            const q = plot(g, c, p.box, axis_x, axis_y);
-            g.drawImage(cloud, 0, 0, w, h);
+            const q = cloud.draw(g, p.box);
             const sure = all_on(),
                 y = q.y(bound);
             line(g, [sure ? c.green : c.soft, 2, [7, 5]], [p.box.x, y], [p.box.x + p.box.w, y]);

@@ -11,7 +11,7 @@ define("hint", (f) => {
         level = 4;
 
     f.title(
-        "A hint of the light",
+        "A light hint",
         "Left, the light of a window on wax. Right, paint a guess of it. A good guess " +
             "makes the noise smaller, a bad one larger, and the mean stays where it is, until " +
             "you paint zero where light comes.",
