@@ -6,6 +6,8 @@
    loses digits there, and the channel a thousand times narrower than the widest one loses light.
    With the ray's origin moved to the ball's centre nothing is lost. The seeds are the same both
    times, so their difference shows it.
+
+   Then a fault of renderers: Russian roulette that divides by a chance above 1.
    SPDX-License-Identifier: MIT */
 #include "renderer.h"
 
@@ -60,23 +62,28 @@ static void lookup(const sss_medium *m, uint32_t seed, int moved, float weight[3
 int main(void) {
     static const float white[3] = {1.0f, 1.0f, 1.0f}, dmfp[3] = {12.0f, 0.4f, 0.012f};
     static const char *const name[3] = {"wide", "middle", "narrow"};
-    static tally mean[3], loss;
+    static tally mean[3], loss, roulette;
     sss_medium m;
     uint32_t i;
     int c;
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
     for (i = 0; i < 8u * LOOKUPS; ++i) {
-        float moved[3], not_moved[3];
+        float moved[3], not_moved[3], chance;
 
         lookup(&m, sss_hash(8, i), 1, moved);
         lookup(&m, sss_hash(8, i), 0, not_moved);
         for (c = 0; c < 3; ++c) tally_add(&mean[c], (double)moved[c]);
         tally_add(&loss, (double)not_moved[2] - (double)moved[2]);
+
+        /* Below 1 the chance to live on and the division by it cancel in the mean. */
+        chance = fmaxf(moved[0], fmaxf(moved[1], moved[2]));
+        tally_add(&roulette, (double)(chance > 1.0f ? moved[1] / chance : moved[1]));
     }
     for (c = 0; c < 3; ++c)
         tally_print(&mean[c], name[c], (double)sss_within(&m, c, 2.0f * RADIUS));
     printf("with a fault each: probes started up to %.1f radii away\n", (double)farthest);
     tally_print(&loss, "narrow, origin not moved", 0.0);
+    tally_print(&roulette, "middle, roulette by a chance above 1", 1.0);
     return 0;
 }

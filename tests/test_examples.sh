@@ -70,6 +70,6 @@ example hint 6
 check "the hint pays" hint_pays
 example furnace 9
 check "the furnace shows the faults" faults_show furnace 7
-example ball 4
-check "far rays in float lose light" faults_show ball 1
+example ball 5
+check "the ball shows the faults" faults_show ball 2
 finish
