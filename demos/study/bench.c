@@ -174,7 +174,10 @@ int main(void) {
             printf("%9.1f (%5.2f)", ns, ns / time[BENCH_FLOOR][p][BENCH_REPEATS / 2]);
         }
     }
-    printf("\n\nns:\n");
+    printf("\n\nbytes: sss_resampler %u, sss_medium %u, sss_exit %u, with SSS_LANES %d\n",
+           (unsigned)sizeof(sss_resampler), (unsigned)sizeof(sss_medium),
+           (unsigned)sizeof(sss_exit), SSS_LANES);
+    printf("\nns:\n");
     bench_print_others(medium);
     return 0;
 }

@@ -6,8 +6,9 @@
 #include "demos/common/command.h"
 #include "demos/study/torus.h"
 
-enum { SIDE = 128, SPP = 8, METHODS = 4, MEDIA = 10 };
-static const char *const method_name[METHODS] = {"default", "hinted", "plan", "plan, hinted"};
+enum { SIDE = 128, SPP = 8, METHODS = 5, MEDIA = 10 };
+static const char *const method_name[METHODS] = {"default", "hinted", "plan", "plan, hinted",
+                                                 "4 candidates"};
 
 static mesh_world world;
 static unsigned char mask[SIDE * SIDE]; // pixels that show nothing but the object
@@ -37,11 +38,12 @@ static double measure(tracer_settings settings, double *seconds) {
     return squares / power / 4.0;
 }
 
-// The default, and what the plan says, both without and with a light hint.
+// The default, and what the plan says, both without and with a light hint; last half of the default's candidates.
 static void set_method(tracer_settings *settings, int method, float footprint) {
     memset(&settings->plan, 0, sizeof settings->plan);
     settings->light_aware = method % 2;
-    if (method < 2) return;
+    if (method == 4) settings->plan.candidates = 4;
+    if (method < 2 || method == 4) return;
 
     sss_plan advice = tracer_sharing(&world.s.medium, footprint, settings->light_aware);
     settings->plan.tile = advice.tile;

@@ -119,8 +119,11 @@ static void report_plan(const case_row *row, int count) {
     memset(by_kind, 0, sizeof by_kind);
     memset(by_light, 0, sizeof by_light);
     const case_row *worst = NULL;
+    int tenth = 0, half = 0;
     for (int i = 0; i < count; i++) {
         const case_row *r = &row[i];
+        tenth += r->measured > 0.1;
+        half += r->measured > 0.5;
         for (int t = 0; t < TOLERANCES; t++) {
             int volume = plan_of(&r->c, tolerance[t]).techniques == SSS_WALK;
             count_choice(&by_tolerance[t], r, tolerance[t], volume);
@@ -131,6 +134,8 @@ static void report_plan(const case_row *row, int count) {
                 worst = r;
         }
     }
+    printf("The profile is off by more than 10 %% in %.0f %%, by more than 50 %% in %.0f %% of %d cases.\n",
+           100.0 * tenth / count, 100.0 * half / count, count);
     printf("The plan, on %d cases:\n", count);
     for (int t = 0; t < TOLERANCES; t++) {
         char name[32];
