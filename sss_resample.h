@@ -63,14 +63,18 @@
    Hits. Report each crossing of this object's surface once, also at shared edges: one that is
    reported twice counts twice, one that is missed loses its light. Trace a probe from its very
    origin (tmin = 0) to its very end, and do not start again where there is no hit. Step from hit to
-   hit by primitive, not by an absolute epsilon. Shading normals lose light here (a tenth under a
-   gentle bump map); they belong in E. One lookup has one medium: the entry's.
+   hit by primitive, not by an absolute epsilon. An intersector with an epsilon of its own gets a
+   ray that starts that much earlier; one that culls back faces traces each probe from both ends.
+   Light arrives on the outer side of an exit, wherever the probe came from. Shading normals lose
+   light here (a tenth under a gentle bump map); they belong in E. One lookup has one medium: the
+   entry's.
 
    Bound. Without hints one hit adds to exit.weight[c] at most
        albedo[c] * live channels * 2 / (share of the chord) * b / candidates.
    b = 1 for Burley; for the dipoles it is the largest ratio of profile and proposal: measured 3.3
    for eta up to 2, 8.3 up to 5. Beside Lambert channels the first exit also stands for the entry,
-   and carries up to albedo[c] more for each of them.
+   and carries up to albedo[c] more for each of them. A weight may exceed 1: clamp the chance of
+   Russian roulette.
 
    Precision. A hit is as good as its float coordinates. The mean is right to .1 % while coordinates
    are below 1e4 times the shortest dmfp, to 1 % below 1e5; at 1e6 it is off by 4 to 20 %. A
@@ -79,7 +83,8 @@
    sss_medium).
 
    Randomness. One 32-bit seed names a lookup. The same seed and the same hits give the same exits.
-   Use a seed once.
+   Use a seed once: where paths enter several times, hash in the bounce. sss_begin_sample makes the
+   samples of a pixel strata of one another, which can halve the variance of walks.
 
    Bits. With -ffp-contract=off on the host, and a program that is not linked with -ffast-math, the
    CPU and an OpenCL device compute the same bits (a NaN is only a NaN). Scaling the scene by a
@@ -475,8 +480,9 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
                                float light);
 
 /* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices, one exit
-   suffices for the default plan. No exit is a fair sample of zero: do not try again. With
-   per_channel, channels that picked the same hit share one exit. */
+   suffices for the default plan, but not for every plan of sss_plan_for. No exit is a fair
+   sample of zero: do not try again. With per_channel, channels that picked the same hit share
+   one exit. */
 static inline int sss_finish(sss_resampler *s, sss_exit *exits);
 
 /* Expected hits per unit area and probe at a point of the surface, 1/length^2; 0 for walks. */
