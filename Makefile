@@ -145,14 +145,15 @@ build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
+# Seed 2: with seed 1 a few fireflies triple the error of plain probes, which would flatter the others.
 demo: build/render build/noise
-	build/render --compare --scene rabbit --size 300x360 --png build/demo.png
+	build/render --compare --scene rabbit --size 300x360 --seed 2 --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
 pictures: build/render build/exit_points build/share failures which-model
 	build/share demos/study/share.png
 	cp build/failures.png build/failures-four.png demos/study/
-	build/render --compare --scene rabbit --size 300x360 --png demos/rabbit.png
+	build/render --compare --scene rabbit --size 300x360 --seed 2 --png demos/rabbit.png
 	build/exit_points --headless --png demos/exit_points.png
 
 # What tests/test_window.sh compares with; made anew when it is meant to change. Look at it before it is kept.
