@@ -230,7 +230,8 @@ static void bodies_smaller_than_the_depth(void **state) {
             f.size =
                 i == 3 ? (double)m.length[0] : bodies[i].size; /* h to the last bit: all lines meet the far side at o */
             truth = (double)0.8f * st_closed_form(&f);
-            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t), 400000, got);
+            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t),
+                st_samples(400000), got);
             snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size, plan.techniques);
             print_message("    %s %g, %s: relative variance %.2f\n", st_kind_name(f.kind), f.size,
                           t ? "sphere and chord" : "default", relative_variance(&got[1]));

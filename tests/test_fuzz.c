@@ -8,7 +8,7 @@
 
 #define LOOKUPS 40 // of a medium
 
-static int media_each = 40000, media_flushed = 20000;
+static int media_each = 10000, media_flushed = 5000;
 
 static void test_corpus(void **state) {
     DIR *folder = opendir(DATA_DIR "/fuzz");

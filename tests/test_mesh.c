@@ -460,20 +460,21 @@ typedef struct moments {
 
 static moments lookups(const entry *e, uint32_t stream) {
     static double value[LOOKUPS][3];
+    const int count = st_samples(LOOKUPS);
     moments m;
 #pragma omp parallel
     {
         mesh_hits hits = {0, 0, NULL};
 #pragma omp for schedule(dynamic)
-        for (int b = 0; b < LOOKUPS / BLOCK; ++b)
+        for (int b = 0; b < count / BLOCK; ++b)
             for (int i = b * BLOCK; i < (b + 1) * BLOCK; ++i)
                 one_lookup(e, sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)i), &hits, value[i]);
         free(hits.hit);
     }
     for (int c = 0; c < 3; ++c) {
         st_stat first = {0.0, 0.0, 0.0}, second = {0.0, 0.0, 0.0};
-        for (int i = 0; i < LOOKUPS; ++i) st_add(&first, value[i][c]);
-        for (int i = 0; i < LOOKUPS; ++i) st_add(&second, pow(value[i][c] / first.mean - 1.0, 2.0));
+        for (int i = 0; i < count; ++i) st_add(&first, value[i][c]);
+        for (int i = 0; i < count; ++i) st_add(&second, pow(value[i][c] / first.mean - 1.0, 2.0));
         m.mean[c] = first.mean;
         m.mean_error[c] = st_error(&first);
         m.noise[c] = second.mean;

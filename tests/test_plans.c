@@ -5,7 +5,7 @@
    (one-sided for the ratios) the chance that a correct header fails somewhere in this file is 456 * 2.0e-7 =
    9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z of 7.5 or more. A share of the probes
    that is wrong by 3 %, a cell that is wrong by 4 % and a stratified variance 8 % above the independent one
-   are seen. */
+   are seen, in make test one that is 16 % above. */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
@@ -68,7 +68,7 @@ static void stratified_and_independent_agree(void **state) {
         sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sample strata, drawn;
         double error, ratio;
-        int lookups = f.kind == ST_STACK ? 200000 : 400000;
+        int lookups = st_samples(f.kind == ST_STACK ? 200000 : 400000);
         char name[160];
         plan.techniques = sets[kind / ST_KINDS];
         strata = run(&f, &m, &plan, light, TEST_SEED + (uint32_t)kind, lookups);
@@ -82,7 +82,7 @@ static void stratified_and_independent_agree(void **state) {
                              pow(st_error(&drawn.variance) / drawn.variance.mean, 2.0));
         name_case(name, sizeof name, &plan, &f, "variance of stratified over");
         check_at_most(name, ratio, 1.0 + Z_LIMIT * error);
-        check_at_most("noise of that ratio", Z_LIMIT * error, 0.08);
+        check_at_most("noise of that ratio", Z_LIMIT * error, 0.08 * st_bluntness());
     }
 }
 
@@ -278,7 +278,7 @@ static void variance_follows_the_law(void **state) {
     (void)state;
     grey_burley(&m, albedo, 1.0f);
     for (t = 0; t < 2; ++t)
-        for (i = 0; i < 5; ++i) {
+        for (i = 0; i < (st_is_long() ? 5u : 4u); ++i) { /* 64 candidates cost as much as all others */
             sss_plan plan = {0, 1, 0u, 1, 0, 0};
             double mean, v_s, v_g, expected;
             sample got;

@@ -3,8 +3,8 @@
    path over three channels, unions of shapes; the point cloud and brute force on the sphere; tiles by the lean probe
    and by the header against brute force.
 
-   Comparisons: 120 z-scores at |z| < 5.2: the chance that a correct program fails somewhere in this file is
-   120 * 2.0e-7 = 2.4e-5. Totals of the walk are known to 1 % or better. The point cloud is no random estimate of the
+   Comparisons: 120 z-scores at |z| < 5.2 (111 in make test): the chance that a correct program fails somewhere in this
+   file is 120 * 2.0e-7 = 2.4e-5. Totals of the walk are known to 1 % or better. The point cloud is no random estimate of the
    integral; its limits are stated where they are checked. */
 #include "sss_test.h"
 
@@ -176,7 +176,7 @@ static void sphere_has_its_closed_form(void **state) {
     static const float albedo[3] = {0.8f, 0.5f, 0.3f}, size[3] = {0.3f, 1.0f, 4.0f};
     static rivals_world w;
     (void)state;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < 6; k += st_is_long() ? 1 : 2) {
         float dmfp[3] = {size[k % 3], size[k % 3] * 0.8f, size[k % 3] * 0.6f};
         memset(&w, 0, sizeof w);
         scenes_make(&w.s, SCENES_SPHERE);
@@ -315,20 +315,20 @@ static void tiles_have_the_mean_of_brute_force(void **state) {
         assert_int_equal(sss_burley(&w.s.medium, optics.albedo, optics.dmfp), SSS_OK);
         rivals_place(&w.s, 1u, &tile);
         assert_true(tile.count >= RIVALS_PIXELS / 2);
-        for (uint32_t n = 0; n < 4000; ++n) {
+        for (uint32_t n = 0; n < (uint32_t)st_samples(4000); ++n) {
             tile_brute_force(&w, &tile, n, light);
             for (int c = 0; c < 3; ++c) st_add(&brute[c], light[c]);
         }
         for (int m = 0; m < TILE_WAYS; ++m) {
             st_stat own[3] = {{0.0, 0.0, 0.0}};
-            for (uint32_t n = 0; n < 100; ++n) {
+            for (uint32_t n = 0; n < (uint32_t)st_samples(100); ++n) {
                 tile_run(&w, &tile, &tile_ways[m], sss_hash(TEST_SEED, n), light);
                 for (int c = 0; c < 3; ++c) st_add(&own[c], light[c]);
             }
             for (int c = 0; c < 3; ++c) {
                 check_z(tile_ways[m].name, own[c].mean, hypot(st_error(&own[c]), st_error(&brute[c])), brute[c].mean,
                         2e-4, Z_LIMIT);
-                check_at_most("its error", st_error(&own[c]) / own[c].mean, 0.03);
+                check_at_most("its error", st_error(&own[c]) / own[c].mean, 0.03 * st_bluntness());
             }
         }
     }
