@@ -32,6 +32,8 @@ PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
 EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
+EXAMPLES := $(patsubst examples/%.c,build/examples/%,$(wildcard examples/*.c))
+CHAPTERS := $(patsubst tutorial/%/main.c,build/tutorial/%,$(wildcard tutorial/*/main.c))
 CHARTS   := race which hints model
 # With pandas and matplotlib, as make setup-long installs them for this one.
 PYTHON   ?= /usr/bin/python3
@@ -129,6 +131,15 @@ build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 
 build/test_plan_model: demos/study/model_bodies.h
 
+$(EXAMPLES): build/examples/%: examples/%.c examples/renderer.h sss_resample.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 -O1 $(EXACT) $(STRICT) -I. -Iexamples $< -o $@ -lm
+
+# A chapter's program is built by the command that the chapter prints, into a folder of its own.
+$(CHAPTERS): build/tutorial/%: tutorial/%/main.c tutorial/%/README.md $(wildcard tutorial/*.h) sss_resample.h
+	@mkdir -p $(@D)
+	sed -n 's|^\(cc .* -o build/\)|\1tutorial/|p' tutorial/$*/README.md | head -n 1 | sh -ex
+
 build/tools/%: tests/tools/%.c
 	@mkdir -p $(@D)
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L -O1 $(STRICT) $< -o $@ $(if $(filter %/x11,$@),-lX11,-lstb) -lm
@@ -219,7 +230,7 @@ build/page/figures: tutorial/page/figures.c sss_resample.h
 
 # All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
 # Each test has one core, and tests run side by side. What they have measured is kept in build/logs.
-NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS)) $(filter build/%,$(TESTS))
+NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS) $(EXAMPLES) $(CHAPTERS)) $(filter build/%,$(TESTS))
 test test-long:
 	@[ "$(TESTS)" ] || { echo 'make $@: there is no test of the name $(T)'; exit 2; }
 	@failed=; $(MAKE) --no-print-directory -k -j $$(nproc) $(NEEDED) || failed=1; \
