@@ -29,7 +29,9 @@ DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard d
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
 SOURCES   = $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
 PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
-EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
+# The page's test waits for most of its time, so it comes before all; long ones do not come last.
+ORDER     = tests/test_page.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh
+EACH      = $(ORDER) $(filter-out $(ORDER),$(PROGRAMS) $(wildcard tests/test_*.sh)) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
 EXAMPLES := $(patsubst examples/%.c,build/examples/%,$(wildcard examples/*.c))
@@ -229,12 +231,12 @@ build/page/figures: tutorial/page/figures.c sss_resample.h
 	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
 # All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
-# Each test has one core, and tests run side by side. What they have measured is kept in build/logs.
+# Each test has one core, and tests run side by side, one more than there are cores: some wait for windows. What they have measured is kept in build/logs.
 NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS) $(EXAMPLES) $(CHAPTERS)) $(filter build/%,$(TESTS))
 test test-long:
 	@[ "$(TESTS)" ] || { echo 'make $@: there is no test of the name $(T)'; exit 2; }
 	@failed=; $(MAKE) --no-print-directory -k -j $$(nproc) $(NEEDED) || failed=1; \
-	BUILD=build OMP_NUM_THREADS=1 prove -j $$(nproc) --directives --failures --comments -e tests/run.sh \
+	BUILD=build OMP_NUM_THREADS=1 prove -j $$(($$(nproc) + 1)) --directives --failures --comments -e tests/run.sh \
 	    $(TESTS) $(if $(filter test-long,$@),:: --long) || failed=1; \
 	[ -z "$$failed" ] || { echo 'make $@: not all could be built and passed'; exit 1; }
 

@@ -19,11 +19,12 @@
 #define CHART_KEY    96
 
 static const char usage[] =
-    "usage: chart [--quick | --reduced] [--csv FILE]\n"
+    "usage: chart [--quick | --reduced] [--scene NAME] [--csv FILE]\n"
     "Measures total error (noise and model together) against a walk through the volume, and\n"
     "CPU time, of the ways to sample subsurface scattering: build/chart.csv.\n"
     "\n"
     "  --csv FILE   where the rows go; rows that it holds are not measured again\n"
+    "  --scene NAME only this one: sphere, slab, corner, needles or bear\n"
     "  --reduced    an eighth of the work: fewer tiles, runs, walks and points\n"
     "  --quick      few samples: checks that all works, its figures say nothing\n"
     "  --help\n"
@@ -659,10 +660,19 @@ static int race(chart_file *f, chart_world *w, const chart_settings *settings, i
     return missing > 0;
 }
 
-static const chart_settings *parse(int count, char **words, const char **path) {
+static int scene_of(const char *name) {
+    for (int i = 0; i < CHART_SCENES; i++)
+        if (strcmp(scenes_known[i].name, name) == 0) return i;
+    fail(2, "there is no scene '%s' in the race; --help lists them", name);
+    return -1;
+}
+
+// Sets the place of the file and the only scene, -1 for all.
+static const chart_settings *parse(int count, char **words, const char **path, int *scene_index) {
     const chart_settings *settings = &chart_full;
 
     *path = "build/chart.csv";
+    *scene_index = -1;
     for (int i = 1; i < count; i++) {
         if (strcmp(words[i], "--help") == 0) {
             fputs(usage, stdout);
@@ -674,6 +684,9 @@ static const chart_settings *parse(int count, char **words, const char **path) {
         } else if (strcmp(words[i], "--csv") == 0) {
             if (++i == count) fail(2, "--csv wants a file name");
             *path = words[i];
+        } else if (strcmp(words[i], "--scene") == 0) {
+            if (++i == count) fail(2, "--scene wants a name");
+            *scene_index = scene_of(words[i]);
         } else {
             fail(2, "unknown option '%s'; --help lists what there is", words[i]);
         }
@@ -684,16 +697,19 @@ static const chart_settings *parse(int count, char **words, const char **path) {
 int main(int argc, char **argv) {
     static chart_world w;
     const char *path;
-    const chart_settings *settings = parse(argc, argv, &path);
+    int only;
+    const chart_settings *settings = parse(argc, argv, &path, &only);
     chart_file f;
     chart_rows rows = {0, 0, 0};
     progress p;
-    int missing[CHART_SCENES * 3];
+    int missing[CHART_SCENES * 3] = {0};
 
     open_file(&f, path, settings);
     signal(SIGINT, interrupt);
-    for (int i = 0; i < CHART_SCENES * settings->sizes; i++)
+    for (int i = 0; i < CHART_SCENES * settings->sizes; i++) {
+        if (only >= 0 && i % CHART_SCENES != only) continue;
         missing[i] = race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES, &rows, NULL);
+    }
     rows.done = rows.skipped;
     progress_begin(&p, "rows", rows.total - rows.skipped);
     for (int i = 0; i < CHART_SCENES * settings->sizes && !interrupted; i++) {
