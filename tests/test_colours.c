@@ -114,7 +114,7 @@ static void grey_media_have_one_exit(void **state) {
             ++compared;
         }
     }
-    print_message("    %ld grey lookups\n", compared);
+    print_message("%ld grey lookups\n", compared);
     check_at_least("lookups", (double)compared, 4000.0);
 }
 
@@ -339,7 +339,7 @@ static void colours_are_calm_for_two_exits(void **state) {
         check_at_most("exits without per_channel", one[3].mean, 1.0);
         mean += own[3].mean / 5.0;
     }
-    print_message("    %.3f exits in the mean of these\n", mean);
+    print_message("%.3f exits in the mean of these\n", mean);
     check_at_most("exits in the mean, said to be 2.0 to 2.1", mean, 2.15);
 }
 

@@ -79,7 +79,7 @@ static void dipoles_do_not_cancel(void **state) {
                 ++compared;
             }
         }
-    print_message("    %d radii, worst relative error %.2g\n", compared, worst);
+    print_message("%d radii, worst relative error %.2g\n", compared, worst);
     check_at_most("relative error of the dipoles", worst, 1e-5);
     check_at_least("radii compared", compared, 6000.0);
 }
@@ -103,7 +103,7 @@ static void albedo_near_one_stays_calm(void **state) {
             check_at_most("relative variance of disk probes", relative_variance(&got[0]), SUP - 1.0);
             worst = fmax(worst, relative_variance(&got[0]));
         }
-    print_message("    worst relative variance %.2f, limit %.2f\n", worst, SUP - 1.0);
+    print_message("worst relative variance %.2f, limit %.2f\n", worst, SUP - 1.0);
 }
 
 /* ---- Radii have the distribution that the density says, from end to end ---- */
@@ -161,7 +161,7 @@ static void radii_follow_their_density_to_the_ends(void **state) {
             check_at_most(chord ? "sqrt(n) D of the chords' radii" : "sqrt(n) D of the disks' radii", distance, 2.6);
             worst = fmax(worst, distance);
         }
-    print_message("    10 distributions of %d radii, worst sqrt(n) D %.2f, limit 2.60\n", st_samples(400000), worst);
+    print_message("10 distributions of %d radii, worst sqrt(n) D %.2f, limit 2.60\n", st_samples(400000), worst);
 }
 
 /* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a cylinder or more. They end a
@@ -353,7 +353,7 @@ static void the_first_hit_is_always_held(void **state) {
             ++held;
         }
     }
-    print_message("    %d hits held\n", held);
+    print_message("%d hits held\n", held);
     check_at_least("hits held", held, 2e5);
 }
 

@@ -33,7 +33,7 @@ static void test_corpus(void **state) {
         ++files;
     }
     closedir(folder);
-    print_message("    %d files\n", files);
+    print_message("%d files\n", files);
     check_at_least("files in the corpus", files, 20.0);
 }
 
@@ -57,7 +57,7 @@ static void fuzz(int flush, int media) {
         st_flush_denormals(0);
     }
     if (first) fail_msg("medium %d: %s", worst, first);
-    print_message("    %d media, %d lookups\n", media, media * LOOKUPS);
+    print_message("%d media, %d lookups\n", media, media * LOOKUPS);
 }
 
 static void test_random(void **state) {

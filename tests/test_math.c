@@ -30,7 +30,11 @@ static void take(worst *w, double error, float at) {
     }
 }
 
+static int limits = 0;
+static double nearest = 0.0; // to its limit
 static void expect_below(const char *what, worst w, double limit) {
+    ++limits;
+    nearest = fmax(nearest, w.error / limit);
     print_message("    %-34s worst %.4g at %.9g, limit %.4g\n", what, w.error, (double)w.at, limit);
     check_at_most(what, w.error, limit);
 }
@@ -361,6 +365,12 @@ static void test_normalize_refuses(void **state) {
     }
 }
 
+static int report(void **state) {
+    (void)state;
+    print_message("%d worst errors, the nearest to its limit at %.2f of it\n", limits, nearest);
+    return 0;
+}
+
 int main(int count, char **words) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exp),
@@ -378,5 +388,5 @@ int main(int count, char **words) {
         cmocka_unit_test(test_normalize_refuses),
     };
     exhaustive = (count > 1 && strcmp(words[1], "--long") == 0);
-    return cmocka_run_group_tests_name("mathematics", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("mathematics", tests, NULL, report);
 }

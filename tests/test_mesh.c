@@ -537,7 +537,7 @@ static void ball_agrees(void **state) {
     e.s = &s;
     moments analytic = lookups(&e, 2);
     double deviation = ball_deviation(&w.m), may_differ[3];
-    print_message("the tessellated ball may be %.2g off\n", deviation);
+    print_message("    the tessellated ball may be %.2g off\n", deviation);
     check_at_most("deviation of the tessellation", deviation, 1e-3);
     for (int c = 0; c < 3; ++c) {
         st_fixture f = {ST_SPHERE, BALL, st_stay()};

@@ -364,7 +364,7 @@ static void test_mathematics(void **state) {
     kernel = clCreateKernel(device->program, "math", &code);
     check_code(code, "clCreateKernel");
     for (which = 0; which < MATH_FUNCTIONS; ++which) compared += math_function(kernel, which, cl);
-    print_message("    %d functions, %.4g numbers\n", MATH_FUNCTIONS, compared);
+    print_message("%d functions, %.4g numbers\n", MATH_FUNCTIONS, compared);
     clReleaseKernel(kernel);
     free(cl);
 }
@@ -473,7 +473,7 @@ static void compare_batch(const scene *s, tracer_settings settings, batch *cpu, 
 }
 
 static void report_lookups(const lookups *sum) {
-    print_message("    %lu lookups, %lu exits: %lu picks differ, %lu of %lu numbers differ, worst %.0f ulp\n",
+    print_message("%lu lookups, %lu exits: %lu picks differ, %lu of %lu numbers differ, worst %.0f ulp\n",
                   sum->lookups, sum->exits, sum->flips, sum->bits.different, sum->bits.compared, sum->bits.worst);
     assert_int_equal(sum->nan, 0);
     check_at_most("share of flipped picks", (double)sum->flips / (double)sum->lookups,
@@ -727,7 +727,7 @@ static void test_shares(void **state) {
         if (found) compare_shares(kernel, &s, &cpu, exits, found, &sum);
     }
     clReleaseKernel(kernel);
-    print_message("    %lu of %lu weights differ, worst %.0f ulp\n", sum.different, sum.compared, sum.worst);
+    print_message("%lu of %lu weights differ, worst %.0f ulp\n", sum.different, sum.compared, sum.worst);
     check_at_most("ulps", sum.worst, device->exact ? 0.0 : LOOSE_ULP);
     check_at_least("weights", (double)sum.compared, small ? 1e3 : 1e5);
 }

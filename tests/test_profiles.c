@@ -318,7 +318,7 @@ static void test_integral(void **state) {
             check_relative("the integral of Rd", within, sum, 4e-6); // both have their own 2e-6
         }
     }
-    print_message("    worst difference between quadrature and sss_within %.2g\n", worst);
+    print_message("worst difference between quadrature and sss_within %.2g\n", worst);
 }
 
 // ---- Fresnel moments
@@ -377,7 +377,7 @@ static void test_moments_everywhere(void **state) {
         check_near("3 C2", three_c2(eta), c2, 1e-6);
         worst = fmax(worst, fmax(fabs(two_c1(eta) - c1), fabs(three_c2(eta) - c2)));
     }
-    print_message("    worst error of 2 C1 and 3 C2 over eta 0.2 .. 5: %.2g\n", worst);
+    print_message("worst error of 2 C1 and 3 C2 over eta 0.2 .. 5: %.2g\n", worst);
 }
 
 static void test_moments_matched(void **state) {

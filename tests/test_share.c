@@ -473,7 +473,7 @@ static void every_entry_has_its_integral(void **state) {
         }
         compare_means(&cases[k], &g, &part[0]);
     }
-    print_message("    %ld weights by the formula, worst error %.2f of the tolerance; %ld lookups "
+    print_message("%ld weights by the formula, worst error %.2f of the tolerance; %ld lookups "
                   "missed\n",
                   all.checked, all.worst, missed);
     check_at_least("weights compared", (double)all.checked, 10000.0);
@@ -539,7 +539,7 @@ static void mass_is_what_the_reservoir_holds(void **state) {
             checked += error >= 0.0;
         }
     }
-    print_message("    %ld masses, worst relative error %.2g\n", checked, worst);
+    print_message("%ld masses, worst relative error %.2g\n", checked, worst);
     check_at_least("masses", (double)checked, 1000.0);
 }
 

@@ -190,7 +190,7 @@ static void walks_leave_where_probes_cross(void **state) {
     }
     check_at_least("points inside", (double)inside, 5000.0);
     check_at_least("that leave", (double)left, 2000.0);
-    print_message("    %ld walks' segments, %ld leave\n", inside, left);
+    print_message("%ld walks' segments, %ld leave\n", inside, left);
 }
 
 int main(void) {
