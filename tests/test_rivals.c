@@ -4,7 +4,7 @@
    and by the header against brute force.
 
    Comparisons: 120 z-scores at |z| < 5.2 (111 in make test): the chance that a correct program fails somewhere in this
-   file is 120 * 2.0e-7 = 2.4e-5. Totals of the walk are known to 1 % or better. The point cloud is no random estimate of the
+   file is 120 * 2.0e-7 = 2.4e-5. Totals of the walk are known to 1 % or better, in make test to 2 %. The point cloud is no random estimate of the
    integral; its limits are stated where they are checked. */
 #include "sss_test.h"
 
@@ -25,7 +25,7 @@ static void half_space(scene *s, const float albedo[3], const float dmfp[3]) {
 /* Walks in blocks: weight[c] where r0 <= r < r1, its mean over walks with the error. */
 static void walk_rings(const scene *s, const walk_medium *m, camera_entry at, const double *radius, int rings,
                        st_stat (*stat)[3]) {
-    int blocks = WALKS / BLOCK;
+    int blocks = st_samples(WALKS) / BLOCK;
     st_stat(*part)[32][3] = calloc((size_t)blocks, sizeof *part);
     assert_non_null(part);
 #pragma omp parallel for schedule(dynamic)

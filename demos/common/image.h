@@ -1,8 +1,12 @@
 // image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb. See files.h for files.
 // SPDX-License-Identifier: MIT
 //
-// FONT_FILE is the TrueType font of the captions, named when the program is built. Functions that can fail
-// return NULL for success or a short reason to print after the file's name.
+// FONT_FILE is the TrueType font of the captions, named when the program is built.
+//
+// The type of a result says what it means, here and in all of demos/common and cl/. A text: NULL for success, or a
+// short reason to print after the file's name. An int: 1 for yes or success, 0 for no; what fails so can fail in one
+// way only (no memory, or a write), or keeps its reason where the module says. A pointer to anything else: NULL when
+// it could not be made.
 #ifndef IMAGE_H
 #define IMAGE_H
 

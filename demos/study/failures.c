@@ -268,8 +268,10 @@ static tracer_point make_plates(scene *s, int plates, float t) {
 
 // ---- The truth for an even light, from closed forms in at most two dimensions
 
+static double albedo_of(const scene *s) { return (double)sss_within(&s->medium, 0, FLT_MAX); }
+
 static double beyond(const scene *s, double r) { // the integral of Rd over a whole plane at distance r
-    return (double)s->medium.albedo[0] - (double)sss_within(&s->medium, 0, (float)r);
+    return albedo_of(s) - (double)sss_within(&s->medium, 0, (float)r);
 }
 static double truth_plates(const scene *s, int plates, double t) {
     double sum = 0.0;
@@ -286,7 +288,7 @@ static double truth_edge(const scene *s, double a) {
         double r = a + x * x;
         lost += step * 2.0 * x * 2.0 * r * (double)sss_profile(&s->medium, 0, (float)r) * acos(a / r);
     }
-    return (double)s->medium.albedo[0] - lost + 0.5 * beyond(s, a);
+    return albedo_of(s) - lost + 0.5 * beyond(s, a);
 }
 // A cylinder: around it by theta = x^2, along it by y = c sinh u, c the chord across; Rd has a pole of 1 / r.
 static double truth_hair(const scene *s, double radius) {
@@ -452,7 +454,7 @@ static void show_colours(void) {
     double truth = truth_sphere(&s, 1.0);
     tally a = measure(&s, &blue, at, 0, 41u, lookups_of(800000)),
           b = measure(&s, &ours, at, 0, 42u, lookups_of(800000));
-    double bound = 2.0 * 3.0 * 2.0 / 0.25, albedo = (double)s.medium.albedo[0]; // over A: two hits, three channels
+    double bound = 2.0 * 3.0 * 2.0 / 0.25, albedo = albedo_of(&s); // over A: two hits, three channels
     claim(COLOURS, "classical", "exact", a.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "exact", b.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "mean", b.mean, b.error, truth, 0.0);
@@ -513,7 +515,7 @@ static void show_hair(void) {
     int lookups = lookups_of(1 << 21);
     double bound = 2.0 * 2.0 / 0.25, greatest[2] = {0.0, 0.0}; // over A: two hits of each probe, 2 A / (chord's share)
     tracer_point at = make_round(&s, 0.1f, 0.1f, 1000.0f);
-    double albedo = (double)s.medium.albedo[0];
+    double albedo = albedo_of(&s);
     FILE *f = open_file("-hair.dat");
     for (int side = 0; side < 2; side++) {
         double *values = draw_values(&s, side ? &ours : &disk, at, 0, 50u + (uint32_t)side, lookups);
@@ -596,7 +598,7 @@ static void show_floats(void) {
         float r = powf(10.0f, -2.0f + (float)i * 0.01f);
         double exact = exact_dipole(&m, (double)r), error[2];
         error[0] = fabs((double)written_dipole(&m, r) / exact - 1.0);
-        error[1] = fabs((double)sss_profile(&m, 0, r) / ((double)m.albedo[0] * exact) - 1.0);
+        error[1] = fabs((double)sss_profile(&m, 0, r) / ((double)sss_within(&m, 0, FLT_MAX) * exact) - 1.0);
         fprintf(f, "%g %g %g\n", (double)r, fmax(error[0], 1e-9), fmax(error[1], 1e-9));
         for (int k = 0; k < 2; k++) worst[k] = fmax(worst[k], error[k]);
     }

@@ -49,7 +49,7 @@ static double ring_error(const light_rings *l, int profile) {
     else if (profile == DIPOLE) sss_dipole(&m, sigma_a, sigma_s, eta);
     else sss_better_dipole(&m, sigma_a, sigma_s, eta);
     for (int i = 0; i < l->count; i++) {
-        double far = i + 1 == l->count ? (double)m.albedo[0] : (double)sss_within(&m, 0, (float)l->high[i]);
+        double far = i + 1 == l->count ? (double)sss_within(&m, 0, FLT_MAX) : (double)sss_within(&m, 0, (float)l->high[i]);
         error += fabs(far - (double)sss_within(&m, 0, (float)l->low[i]) - l->energy[i]);
     }
     return error / total;

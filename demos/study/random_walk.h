@@ -66,9 +66,10 @@ static inline float walk_along(const scene *s, sss_vec3 x, sss_vec3 d, float wan
 }
 
 static inline sss_vec3 walk_isotropic(tracer_random *random) {
-    float z = 1.0f - 2.0f * tracer_next(random), r = scene_sqrt(scene_max(1.0f - z * z, 0.0f)), sine, cosine;
-    sssi_sincos_turn(tracer_next(random), &sine, &cosine);
-    return scene_vec(r * cosine, r * sine, z);
+    float z = 1.0f - 2.0f * tracer_next(random), r = scene_sqrt(scene_max(1.0f - z * z, 0.0f));
+    float angle = 6.28318531f * tracer_next(random);
+
+    return scene_vec(r * cosf(angle), r * sinf(angle), z);
 }
 
 // 1 and where the walk leaves, or 0 when it is absorbed; exit->scatterings either way.

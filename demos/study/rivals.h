@@ -296,11 +296,10 @@ static inline void rivals_lean_lookup(const rivals_world *w, const camera_entry 
                         : -3.0f * d * logf(1.0f - (u - 0.25f) / 0.75f);
 
     if (!(r < m->r_max)) return;
-    float half = scene_sqrt(m->r_max * m->r_max - r * r), sine, cosine;
-    sssi_sincos_turn(turn, &sine, &cosine);
-    sss_vec3 start = scene_along(at->position, axis[(a + 1) % 3], r * cosine);
+    float half = scene_sqrt(m->r_max * m->r_max - r * r), angle = 6.28318531f * turn;
+    sss_vec3 start = scene_along(at->position, axis[(a + 1) % 3], r * cosf(angle));
     scene_hits hits;
-    start = scene_along(scene_along(start, axis[(a + 2) % 3], r * sine), axis[a], half);
+    start = scene_along(scene_along(start, axis[(a + 2) % 3], r * sinf(angle)), axis[a], half);
     work->probes++;
     scene_segment_hits(&w->s, start, scene_scale(axis[a], -1.0f), 2.0f * half, &hits);
 
