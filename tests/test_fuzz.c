@@ -1,6 +1,7 @@
-// test_fuzz.c - the checks of fuzz.c over a kept corpus (tests/data/fuzz: what libFuzzer found to reach each branch,
-// made small) and over numbers at random, denormals flushed and not. --long: 1e8 lookups of each; --short: few. No
-// statistics: nothing may fail at all. SPDX-License-Identifier: MIT
+// test_fuzz.c - the checks of fuzz.c over a kept corpus (tests/data/fuzz: what libFuzzer found to
+// reach each branch, made small) and over numbers at random, denormals flushed and not. --long: 1e8
+// lookups of each; --short: few. No statistics: nothing may fail at all. SPDX-License-Identifier:
+// MIT
 #include <dirent.h>
 
 #include "fuzz.c"
@@ -78,6 +79,7 @@ int main(int count, char **words) {
         cmocka_unit_test(test_random_flushed),
     };
     if (count > 1 && strcmp(words[1], "--long") == 0) media_each = media_flushed = 2500000;
-    if (count > 1 && strcmp(words[1], "--short") == 0) media_each = media_flushed = 100; // where each step is slow
+    if (count > 1 && strcmp(words[1], "--short") == 0)
+        media_each = media_flushed = 100; // where each step is slow
     return cmocka_run_group_tests_name("fuzzing", tests, NULL, NULL);
 }

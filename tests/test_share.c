@@ -1,6 +1,6 @@
-/* The promise of sss_share: an exit serves a group of lookups. The mean of what each entry gets from
-   all exits of all members is the integral of its own Rd E over the surface, every single weight is
-   the one that equation [8] states, and what is not shared stays with its own lookup.
+/* The promise of sss_share: an exit serves a group of lookups. The mean of what each entry gets
+   from all exits of all members is the integral of its own Rd E over the surface, every single
+   weight is the one that equation [8] states, and what is not shared stays with its own lookup.
 
    The formula is checked exit by exit in double precision, and the means by z-score. A case is a
    surface, a group of 1, 2, 7 or 64 entries, media, hints and a plan. Its passes are independent;
@@ -12,8 +12,8 @@
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
-#define MOST    64   /* entries of a group */
-#define WATCHED 3    /* entries whose mean is compared */
+#define MOST    64    /* entries of a group */
+#define WATCHED 3     /* entries whose mean is compared */
 #define LOOKUPS 30000 /* of a case; ten times as many with --long */
 #define BLOCKS  64
 
@@ -89,8 +89,8 @@ static void place_entries(group *g, double step) {
         double v = step * (i / side - 0.5 * ((g->count - 1) / side));
 
         place_entry(g, i, u, v + 0.3 * step * st_signed(700u + (uint64_t)i));
-        g->entry[i].position = st_float(
-            st_world(&g->surface.frame, st_world(&g->place[i], st_vec3(0.0, 0.0, 0.0))));
+        g->entry[i].position =
+            st_float(st_world(&g->surface.frame, st_world(&g->place[i], st_vec3(0.0, 0.0, 0.0))));
         g->normal[i] =
             st_float(st_turn(&g->surface.frame, st_turn(&g->place[i], st_vec3(0.0, 0.0, 1.0))));
     }
@@ -323,7 +323,8 @@ typedef struct share_case {
     st_light *light;
 } share_case;
 
-#define PLAN(m, n, bits, colours) {m, n, bits, 0, colours, 0}
+#define PLAN(m, n, bits, colours)                                                                  \
+    { m, n, bits, 0, colours, 0 }
 static const unsigned disk_chord = SSS_DISK | SSS_CHORD;
 static const share_case cases[] = {
     {"one entry on a plane", ST_PLANE, 0.0, 0.3, 1, GREY, BURLEY, NO_HINT, PLAN(8, 1, 0u, 0), 0.0f,
@@ -784,8 +785,8 @@ static void walks_and_lambert_serve_themselves(void **state) {
                     sss_share(&exits[e], crowd, 3, own, 0.0f, weight);
                     for (i = 0; i < 3; ++i) {
                         for (c = 0; c < 3; ++c)
-                            assert_true(same_bits(weight[i][c],
-                                                  i == own ? exits[e].weight[c] : 0.0f));
+                            assert_true(
+                                same_bits(weight[i][c], i == own ? exits[e].weight[c] : 0.0f));
                     }
                 }
             }

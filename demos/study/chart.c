@@ -115,7 +115,7 @@ typedef struct chart_world {
     int pixels;         // of the tiles
     int sees;           // pixels of the picture that see the object
     int cloud_points, cloud_lamps;
-    double cloud_seconds; // to build it
+    double cloud_seconds;        // to build it
     rivals_way way[CHART_TILES]; // of the last row of lookups
     chart_row row;
 } chart_world;
@@ -165,7 +165,8 @@ static void measure_costs(chart_world *w) {
             const camera_entry *at = &tile->at[i % tile->count];
             tracer_random random = tracer_random_begin(2u, (uint32_t)i, 0u);
             sink += rivals_shade_exit(&w->world.s, at->position, at->normal, at->shape, 0, &random,
-                                      &work).x;
+                                      &work)
+                        .x;
         }
         each = (cpu_seconds() - start) / 4096.0 + 1e-30 * (double)sink;
         w->shade_seconds = fmin(w->shade_seconds, each);
@@ -217,8 +218,7 @@ static void make_world(chart_world *w, const chart_settings *settings, int scene
     for (int y = 0; y < CHART_HEIGHT; y++)
         for (int x = 0; x < CHART_WIDTH; x++)
             w->sees += tracer_sees_object(&w->world.s, CHART_WIDTH, CHART_HEIGHT, x, y);
-    for (int t = 0; t < settings->tiles; t++)
-        rivals_place(&w->world.s, (uint32_t)t, &w->tile[t]);
+    for (int t = 0; t < settings->tiles; t++) rivals_place(&w->world.s, (uint32_t)t, &w->tile[t]);
 
 #pragma omp parallel for schedule(dynamic)
     for (int t = 0; t < settings->tiles; t++)
@@ -288,8 +288,7 @@ static void measure_run(chart_sums *sums, const chart_world *w, const chart_meth
         double start = cpu_seconds();
         if (m->kind == CHART_LEAN)
             rivals_lean_tile(&w->world, tile, seed, (uint32_t)n, value, &sums->work);
-        else
-            rivals_header_tile(&w->world, tile, way, seed, (uint32_t)n, value, &sums->work);
+        else rivals_header_tile(&w->world, tile, way, seed, (uint32_t)n, value, &sums->work);
         sums->seconds += cpu_seconds() - start;
 
         for (int l = 0, size = 1; l < CHART_LEVELS; l++, size *= 4) {
@@ -723,6 +722,7 @@ int main(int argc, char **argv) {
     free(f.key);
     if (fclose(f.file) != 0) fail(1, "cannot write %s: %s", path, strerror(errno));
     if (interrupted)
-        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total, path);
+        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total,
+                path);
     return interrupted ? 130 : 0;
 }

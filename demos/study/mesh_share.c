@@ -1,5 +1,6 @@
-// mesh_share.c - what sharing exits brings on a mesh, where rays take nearly all of the time: noise and time of one
-// core against the default plan, over media from narrower than a pixel to much wider. SPDX-License-Identifier: MIT
+// mesh_share.c - what sharing exits brings on a mesh, where rays take nearly all of the time: noise
+// and time of one core against the default plan, over media from narrower than a pixel to much
+// wider. SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
 #define COMMAND "mesh_share"
@@ -20,7 +21,8 @@ static void make_torus(void) {
         uint32_t u = i / ACROSS, v = i % ACROSS, next = (u + 1) % AROUND, up = (v + 1) % ACROSS;
         double a = 2.0 * 3.14159265358979 * u / AROUND, b = 2.0 * 3.14159265358979 * v / ACROSS;
         double r = 0.4 + 0.03 * sin(9.0 * a + 5.0 * b);
-        const uint32_t two[6] = {i, next * ACROSS + v, next * ACROSS + up, i, next * ACROSS + up, u * ACROSS + up};
+        const uint32_t two[6] = {i, next * ACROSS + v,  next * ACROSS + up,
+                                 i, next * ACROSS + up, u * ACROSS + up};
         xyz[3 * i] = (float)((1.0 + r * cos(b)) * cos(a));
         xyz[3 * i + 1] = (float)(r * sin(b));
         xyz[3 * i + 2] = (float)((1.0 + r * cos(b)) * sin(a));
@@ -42,7 +44,9 @@ static void set_scene(void) {
     s->sky_zenith = scene_vec(0.30f, 0.36f, 0.46f);
     s->floor_albedo = scene_vec(0.27f, 0.24f, 0.215f);
     scenes_light(s, lamp, middle, 0.5f * r, scene_vec(64.0f, 58.0f, 49.0f));
-    scenes_camera(s, scene_along(middle, scene_normalize(scene_vec(0.475f, 0.3f, 0.817f)), 5.2f * r), middle, 22.0f);
+    scenes_camera(s,
+                  scene_along(middle, scene_normalize(scene_vec(0.475f, 0.3f, 0.817f)), 5.2f * r),
+                  middle, 22.0f);
 }
 
 static int shows_object(int x, int y) {
@@ -74,8 +78,8 @@ static void add_sample(tracer_settings settings, uint32_t sample, mesh_hits *hit
     }
 }
 
-// The squared error of 16 samples a pixel over the mean square, by the difference of two halves, and the seconds of the
-// processor that they take.
+// The squared error of 16 samples a pixel over the mean square, by the difference of two halves,
+// and the seconds of the processor that they take.
 static double measure(tracer_settings settings, double *seconds) {
     static float half[2][3 * SIDE * SIDE];
     mesh_hits hits = {0, 0, NULL};
@@ -110,7 +114,8 @@ static void set_method(tracer_settings *settings, int method, float footprint) {
 }
 
 int main(void) {
-    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 5.0f, 1.5f}, part[3] = {1.0f, 0.4f, 0.17f};
+    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 5.0f, 1.5f},
+                                      part[3] = {1.0f, 0.4f, 0.17f};
     static const float colours[3] = {0.93f, 0.42f, 0.14f}, grey[3] = {0.5f, 0.5f, 0.5f};
     tracer_settings settings;
     make_torus();
@@ -121,16 +126,19 @@ int main(void) {
     for (int i = 0; i < SIDE * SIDE; i++) mask[i] = (unsigned char)shows_object(i % SIDE, i / SIDE);
     float pixel = tracer_footprint(&world.s, settings, scene_vec(0.0f, 0.0f, 0.0f));
 
-    printf("%u triangles, %d samples a pixel; error over the default's in equal time\n", world.m.triangles, 2 * SPP);
+    printf("%u triangles, %d samples a pixel; error over the default's in equal time\n",
+           world.m.triangles, 2 * SPP);
     for (int k = 0; k < MEDIA; k++) {
         int is_grey = k < MEDIA / 2;
         float dmfp[3];
         double error[METHODS], seconds[METHODS];
-        for (int c = 0; c < 3; c++) dmfp[c] = pixels[k % (MEDIA / 2)] * pixel * (is_grey ? 1.0f : part[c]);
+        for (int c = 0; c < 3; c++)
+            dmfp[c] = pixels[k % (MEDIA / 2)] * pixel * (is_grey ? 1.0f : part[c]);
         sss_burley(&world.s.medium, is_grey ? grey : colours, dmfp);
         const float *d = world.s.medium.length;
-        printf("%s, dmfp up to %4.1f pixels, length %5.2f %5.2f %5.2f:", is_grey ? "grey  " : "colour",
-               (double)pixels[k % (MEDIA / 2)], (double)(d[0] / pixel), (double)(d[1] / pixel), (double)(d[2] / pixel));
+        printf("%s, dmfp up to %4.1f pixels, length %5.2f %5.2f %5.2f:",
+               is_grey ? "grey  " : "colour", (double)pixels[k % (MEDIA / 2)],
+               (double)(d[0] / pixel), (double)(d[1] / pixel), (double)(d[2] / pixel));
         for (int i = 0; i < METHODS; i++) {
             set_method(&settings, i, pixel);
             error[i] = measure(settings, &seconds[i]);
