@@ -124,6 +124,9 @@ static inline double st_variance(const st_stat *s) {
 static inline double st_error(const st_stat *s) {
     return s->n > 1.0 ? sqrt(st_variance(s) / s->n) : 0.0;
 }
+static inline double st_relative_variance(const st_stat *s) {
+    return st_variance(s) / (s->mean * s->mean);
+}
 
 /* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash. Thread-safe.
  */
@@ -135,6 +138,10 @@ static inline double st_random(uint64_t counter) {
     return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
 }
 static inline double st_signed(uint64_t counter) { return 2.0 * st_random(counter) - 1.0; }
+/* In (0, 1), of hit `index` of a lookup. */
+static inline double st_noise(uint32_t seed, int index) {
+    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
+}
 
 /* Denormal results and arguments become 0 in this thread, as renderers often set it and OpenCL
  * devices may. */
@@ -183,6 +190,15 @@ static inline sss_vec3 st_float(st_vec a) {
 }
 static inline st_vec st_double(sss_vec3 a) {
     return st_vec3((double)a.x, (double)a.y, (double)a.z);
+}
+
+static inline int st_same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
+/* Times 2^k. */
+static inline sss_vec3 st_scaled(sss_vec3 v, int k) {
+    v.x = ldexpf(v.x, k);
+    v.y = ldexpf(v.y, k);
+    v.z = ldexpf(v.z, k);
+    return v;
 }
 
 /* A rigid motion: world = rows * local + move. */

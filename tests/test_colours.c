@@ -56,11 +56,8 @@ static int live_of(const colours *k) {
 }
 
 /* ---- Hints ---- */
-static double noise(uint32_t seed, int index) {
-    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
-}
 static float hint_spot(st_vec y, uint32_t seed, int index) {
-    return (float)((st_light_spot(y) + 0.05) * (0.5 + noise(seed, index)));
+    return (float)((st_light_spot(y) + 0.05) * (0.5 + st_noise(seed, index)));
 }
 static float hint_shadow(st_vec y, uint32_t seed, int index) {
     (void)seed;

@@ -48,20 +48,17 @@ static st_light *const lights[] = {st_light_one, st_light_spot, st_light_shadow}
 
 /* ---- Hints: one function for each pair of hint and light, since a hint is a plain function ----
  */
-static double noise(uint32_t seed, int index) {
-    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
-}
 static float hint_correlated(double light, uint32_t seed, int index) {
-    return (float)((light + 0.05) * (0.5 + noise(seed, index)));
+    return (float)((light + 0.05) * (0.5 + st_noise(seed, index)));
 }
 static float hint_random(double light, uint32_t seed, int index) {
     (void)light;
-    return (float)exp2(2.0 * noise(seed, index) - 1.0);
+    return (float)exp2(2.0 * st_noise(seed, index) - 1.0);
 }
 /* A unit of its own for each lookup, 2^-20 to 2^20, and 2^-20 of it in the shadow. */
 static float hint_wide(double light, uint32_t seed, int index) {
     double unit = exp2(40.0 * st_random((uint64_t)seed + 12345u) - 20.0);
-    return (float)(fmax(light, 9.5e-7) * unit * (0.5 + noise(seed, index)));
+    return (float)(fmax(light, 9.5e-7) * unit * (0.5 + st_noise(seed, index)));
 }
 static float hint_exact(double light, uint32_t seed, int index) { /* 0 just where E is */
     (void)seed;
@@ -349,7 +346,6 @@ static void mean_of_exits_is_the_integral(void **state) {
 }
 
 /* ---- What an exit is ---- */
-static int same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
 
 typedef struct hit_list {
     int count;
@@ -383,13 +379,13 @@ static void check_exit(const contract_case *k, const hit_list *list, const sss_e
     int i, c, lambert;
     st_entry(&k->fixture, &x, &n);
     check_near(k->name, length, 1.0, 1e-6);
-    lambert = same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
+    lambert = st_same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
     for (c = 0; c < 3; ++c)
         if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0)
             check_equal(k->name, exit->weight[c] != 0.0f, 0);
     if (lambert) return;
     for (i = 0; i < list->count; ++i)
-        if (same_bits(list->position[i], exit->position)) {
+        if (st_same_bits(list->position[i], exit->position)) {
             check_near(k->name, st_dot(st_double(list->normal[i]), st_double(exit->normal)), 1.0,
                        1e-6);
             return;
@@ -410,7 +406,7 @@ static void exits_are_distinct_hits(void **state) {
             for (e = 0; e < n; ++e) {
                 check_exit(k, &list, &exits[e]);
                 for (d = 0; d < e; ++d)
-                    check_equal(k->name, same_bits(exits[d].position, exits[e].position), 0);
+                    check_equal(k->name, st_same_bits(exits[d].position, exits[e].position), 0);
             }
         }
     }

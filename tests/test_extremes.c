@@ -48,7 +48,6 @@ static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *
         }
     }
 }
-static double relative_variance(const st_stat *s) { return st_variance(s) / (s->mean * s->mean); }
 static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l,
                  int lookups) {
     static means blocks[BLOCKS];
@@ -62,7 +61,7 @@ static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
         all.bad += blocks[b].bad;
         for (c = 0; c < 3; ++c) {
             st_merge(&all.channel[c], &blocks[b].channel[c]);
-            st_add(&all.variance[c], relative_variance(&blocks[b].channel[c]));
+            st_add(&all.variance[c], st_relative_variance(&blocks[b].channel[c]));
         }
     }
     return all;

@@ -32,7 +32,6 @@ static sss_medium dipole(int better, double sigma_a, double sigma_s, float eta) 
     assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
     return m;
 }
-static double relative_variance(const st_stat *s) { return st_variance(s) / (s->mean * s->mean); }
 
 /* Many lookups; the sum over exits of weight times light, each channel for itself. */
 static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
@@ -107,9 +106,9 @@ static void albedo_near_one_stays_calm(void **state) {
                 got);
             check_z("mean of disk probes", got[0].mean, st_error(&got[0]), (1.0 - 1e-4) * albedo,
                     1e-5, Z_LIMIT);
-            check_at_most("relative variance of disk probes", relative_variance(&got[0]),
+            check_at_most("relative variance of disk probes", st_relative_variance(&got[0]),
                           SUP - 1.0);
-            worst = fmax(worst, relative_variance(&got[0]));
+            worst = fmax(worst, st_relative_variance(&got[0]));
         }
     print_message("worst relative variance %.2f, limit %.2f\n", worst, SUP - 1.0);
 }
@@ -258,10 +257,10 @@ static void bodies_smaller_than_the_depth(void **state) {
             snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size,
                      plan.techniques);
             print_message("    %s %g, %s: relative variance %.2f\n", st_kind_name(f.kind), f.size,
-                          t ? "sphere and chord" : "default", relative_variance(&got[1]));
+                          t ? "sphere and chord" : "default", st_relative_variance(&got[1]));
             check_z(name, got[1].mean, st_error(&got[1]), truth, 2e-5 * truth, Z_LIMIT);
             if (t == 0 && i == 0)
-                check_at_most("relative variance of the default", relative_variance(&got[1]), 5.0);
+                check_at_most("relative variance of the default", st_relative_variance(&got[1]), 5.0);
         }
 }
 
@@ -317,10 +316,10 @@ static void colour_noise_falls_with_exits(void **state) {
         st_stat got[3];
         run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 400u + (uint32_t)i, 12800, got);
         print_message("    %d exits: relative variance %.3f %.3f %.3f\n", exits[i],
-                      relative_variance(&got[0]), relative_variance(&got[1]),
-                      relative_variance(&got[2]));
+                      st_relative_variance(&got[0]), st_relative_variance(&got[1]),
+                      st_relative_variance(&got[2]));
         for (c = 0; c < 3; ++c)
-            check_at_most("relative variance of a colour", relative_variance(&got[c]),
+            check_at_most("relative variance of a colour", st_relative_variance(&got[c]),
                           2.0 / exits[i] + 24.0 / 256.0);
     }
 }

@@ -15,13 +15,6 @@
 static const unsigned sets[] = {0u, SSS_CHORD,
                                 SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD};
 
-static int same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
-static sss_vec3 scaled(sss_vec3 v, int k) {
-    v.x = ldexpf(v.x, k);
-    v.y = ldexpf(v.y, k);
-    v.z = ldexpf(v.z, k);
-    return v;
-}
 static sss_vec3 times(sss_vec3 v, float k) {
     v.x *= k;
     v.y *= k;
@@ -79,21 +72,21 @@ static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_p
     snprintf(name, sizeof name, "scale 2^%d, techniques %u, %s", k, plan->techniques,
              st_kind_name(f->kind));
     st_entry(f, &x, &n);
-    assert_int_equal(sss_begin(&s, m, plan, scaled(x, k), n, seed), SSS_OK);
+    assert_int_equal(sss_begin(&s, m, plan, st_scaled(x, k), n, seed), SSS_OK);
     for (i = 0; sss_next_probe(&s, &probe); ++i) {
         if (i >= r->probes) fail_msg("%s: too many probes", name);
-        bad += !same_bits(probe.origin, scaled(r->probe[i].origin, k));
-        bad += !same_bits(probe.direction, r->probe[i].direction);
+        bad += !st_same_bits(probe.origin, st_scaled(r->probe[i].origin, k));
+        bad += !st_same_bits(probe.direction, r->probe[i].direction);
         bad += probe.length != ldexpf(r->probe[i].length, k);
         for (j = 0; j < r->hits[i]; ++j)
-            sss_add_hit(&s, scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
+            sss_add_hit(&s, st_scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
     }
     check_equal(name, i, r->probes);
     exits = sss_finish(&s, exit);
     check_equal(name, exits, r->exits);
     for (i = 0; i < exits; ++i) {
-        bad += !same_bits(exit[i].position, scaled(r->exit[i].position, k));
-        bad += !same_bits(exit[i].normal, r->exit[i].normal);
+        bad += !st_same_bits(exit[i].position, st_scaled(r->exit[i].position, k));
+        bad += !st_same_bits(exit[i].normal, r->exit[i].normal);
         bad += memcmp(exit[i].weight, r->exit[i].weight, sizeof exit[i].weight) != 0;
     }
     check_equal(name, bad, 0);
@@ -168,7 +161,7 @@ static void normals_may_have_any_sign_and_length(void **state) {
                     lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got),
                     count);
                 for (e = 0; e < count; ++e) {
-                    check_equal(name, same_bits(got[e].position, want[e].position), 1);
+                    check_equal(name, st_same_bits(got[e].position, want[e].position), 1);
                     check_near(name, st_dot(st_double(got[e].normal), st_double(want[e].normal)),
                                sign, 1e-6);
                     for (c = 0; c < 3; ++c)

@@ -151,9 +151,6 @@ static void make_media(group *g, int type) {
 }
 
 /* ---- Light, hints and lookups ---- */
-static double noise(uint32_t seed, int index) {
-    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
-}
 
 /* Each member's hints are in a unit of its own, and say something else. */
 static float hint_of(const group *g, st_light *light, st_vec y, int member, uint32_t seed,
@@ -163,7 +160,7 @@ static float hint_of(const group *g, st_light *light, st_vec y, int member, uint
     if (g->hint == NO_HINT) return 1.0f;
     if (g->hint == SHADOWED) return (float)(e * unit); /* 0 just where no light comes */
     if (member % 3 == 0) return (float)unit;
-    return (float)((e + 0.05) * unit * (0.5 + noise(seed, index)));
+    return (float)((e + 0.05) * unit * (0.5 + st_noise(seed, index)));
 }
 
 static int lookup(const group *g, const sss_plan *plan, st_light *light, int member, uint32_t seed,
@@ -547,20 +544,13 @@ static void mass_is_what_the_reservoir_holds(void **state) {
 /* ---- Bits ---- */
 static int same_bits(float a, float b) { return sssi_bits(a) == sssi_bits(b); }
 
-static float scaled(float x, int k) { return (float)ldexp((double)x, k); }
-static sss_vec3 scaled_vector(sss_vec3 v, int k) {
-    v.x = scaled(v.x, k);
-    v.y = scaled(v.y, k);
-    v.z = scaled(v.z, k);
-    return v;
-}
 
 /* The medium of an entry, 2^k larger. Lengths are made again by the same constructors. */
 static void scaled_medium(int type, int k, sss_medium *m) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f};
-    float dmfp[3] = {scaled(3.7f, k), scaled(0.9f, k), scaled(0.21f, k)};
-    float absorption[3] = {scaled(0.3f, -k), scaled(0.9f, -k), scaled(0.01f, -k)};
-    float scattering[3] = {scaled(2.0f, -k), scaled(5.0f, -k), scaled(9.0f, -k)};
+    float dmfp[3] = {ldexpf(3.7f, k), ldexpf(0.9f, k), ldexpf(0.21f, k)};
+    float absorption[3] = {ldexpf(0.3f, -k), ldexpf(0.9f, -k), ldexpf(0.01f, -k)};
+    float scattering[3] = {ldexpf(2.0f, -k), ldexpf(5.0f, -k), ldexpf(9.0f, -k)};
 
     if (type == 0) assert_int_equal(sss_burley(m, albedo, dmfp), SSS_OK);
     if (type == 1) assert_int_equal(sss_dipole(m, absorption, scattering, 1.3f), SSS_OK);
@@ -583,18 +573,18 @@ static int scaled_lookup(int type, int k, int plan_number, uint32_t seed, sss_me
     scaled_medium(type, k, m);
     st_entry(&plane, &x, &n);
     x.x = 0.75f;
-    entry->position = scaled_vector(x, k);
+    entry->position = st_scaled(x, k);
     entry->medium = m;
     assert_int_equal(sss_begin(&s, m, &plans[plan_number], entry->position, n, seed), SSS_OK);
     while (sss_next_probe(&s, &probe)) {
         int count;
 
-        probe.origin = scaled_vector(probe.origin, -k);
-        probe.length = scaled(probe.length, -k);
+        probe.origin = st_scaled(probe.origin, -k);
+        probe.length = ldexpf(probe.length, -k);
         count = st_trace(&plane, &probe, hits);
         for (i = 0; i < count; ++i, ++index)
-            sss_add_hit(&s, scaled_vector(hits[i].position, k), hits[i].normal,
-                        (float)(0.5 + noise(seed, index)));
+            sss_add_hit(&s, st_scaled(hits[i].position, k), hits[i].normal,
+                        (float)(0.5 + st_noise(seed, index)));
     }
     return sss_finish(&s, exits);
 }

@@ -203,7 +203,8 @@ static inline sss_cl_result device_pass(device_set *set, const scene *s,
     if (set->count > 0)
         rows = DEVICE_BAND / set->count / settings->width / tracer_tile_side(*settings) + 1;
     int bands = (height + rows - 1) / rows;
-#pragma omp parallel for num_threads(device_threads(set)) schedule(dynamic, 1) reduction(+ : probes, shaded)
+#pragma omp parallel for num_threads(device_threads(set)) schedule(dynamic, 1) \
+    reduction(+ : probes, shaded)
     for (int band = 0; band < bands; band++) {
         device_work mine = {0, 0};
         int thread = device_thread(), done, stop, top = band * rows;

@@ -164,9 +164,9 @@ static void measure_costs(chart_world *w) {
         for (int i = 0; i < 4096; i++) {
             const camera_entry *at = &tile->at[i % tile->count];
             tracer_random random = tracer_random_begin(2u, (uint32_t)i, 0u);
-            sink += rivals_shade_exit(&w->world.s, at->position, at->normal, at->shape, 0, &random,
-                                      &work)
-                        .x;
+            sss_vec3 light = rivals_shade_exit(&w->world.s, at->position, at->normal, at->shape, 0,
+                                               &random, &work);
+            sink += light.x;
         }
         each = (cpu_seconds() - start) / 4096.0 + 1e-30 * (double)sink;
         w->shade_seconds = fmin(w->shade_seconds, each);
