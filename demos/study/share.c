@@ -19,8 +19,8 @@
 #define CAPTION   96
 
 enum { OWN_1, SHARED_1, OWN_16, SHARED_16, PANELS };
-static const char *const title[PANELS] = {"own exits, 1 sample", "shared, 1 sample", "own exits, 16 samples",
-                                          "shared, 16 samples"};
+static const char *const title[PANELS] = {"own exits, 1 sample", "shared, 1 sample",
+                                          "own exits, 16 samples", "shared, 16 samples"};
 static const int samples[PANELS] = {1, 1, 16, 16};
 
 static void add(image *part, int x, int y, sss_vec3 radiance) {
@@ -34,7 +34,8 @@ static void add(image *part, int x, int y, sss_vec3 radiance) {
 }
 
 static void add_tiles(const scene *s, tracer_settings settings, uint32_t sample, image *part) {
-    int columns = tracer_tile_count(settings, sample, 0), rows = tracer_tile_count(settings, sample, 1);
+    int columns = tracer_tile_count(settings, sample, 0),
+        rows = tracer_tile_count(settings, sample, 1);
 #pragma omp parallel for schedule(dynamic)
     for (int number = 0; number < columns * rows; number++) {
         tracer_tile tile;
@@ -46,7 +47,8 @@ static void add_tiles(const scene *s, tracer_settings settings, uint32_t sample,
 
         tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
         for (int i = 0; i < TRACER_TILE_PIXELS; i++)
-            if (tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) add(part, x, y, radiance[i]);
+            if (tracer_tile_pixel(settings, sample, column, row, i, &x, &y))
+                add(part, x, y, radiance[i]);
     }
 }
 
@@ -94,27 +96,31 @@ static double correlation(const image *part, const image truth[2], const unsigne
 }
 
 // The part, or its error about grey, `scale` times; each pixel ZOOM large.
-static void draw(image_bytes *sheet, const image *part, const image truth[2], float scale, int left, int top) {
+static void draw(image_bytes *sheet, const image *part, const image truth[2], float scale, int left,
+                 int top) {
     for (int i = 0; i < SIDE * ZOOM * SIDE * ZOOM; i++) {
         int x = i % (SIDE * ZOOM), y = i / (SIDE * ZOOM), from = y / ZOOM * SIDE + x / ZOOM;
         unsigned char *to = sheet->rgb + 3 * (size_t)((top + y) * sheet->width + left + x);
         float error = 0.5f + scale * (float)error_at(part, truth, x / ZOOM, y / ZOOM);
         for (int c = 0; c < 3; c++) {
             float linear = part->rgb[3 * from + c];
-            to[c] = scale > 0.0f ? (unsigned char)(255.0f * scene_min(scene_max(error, 0.0f), 1.0f) + 0.5f)
-                                 : image_tone(linear, 1.0f);
+            to[c] = scale > 0.0f
+                        ? (unsigned char)(255.0f * scene_min(scene_max(error, 0.0f), 1.0f) + 0.5f)
+                        : image_tone(linear, 1.0f);
         }
     }
 }
 
-static void draw_sheet(const char *path, const image *part, const image truth[2], const unsigned char *mask) {
+static void draw_sheet(const char *path, const image *part, const image truth[2],
+                       const unsigned char *mask) {
     const int panel = SIDE * ZOOM;
     image_font font;
     image_bytes sheet;
     const char *wrong = image_font_open(&font);
     if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
     int height = 2 * panel + 3 * MARGIN + CAPTION;
-    if (!image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250)) fail(1, "out of memory");
+    if (!image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250))
+        fail(1, "out of memory");
     for (int i = 0; i < PANELS; i++) {
         char line[120];
         int left = MARGIN + i * (panel + MARGIN), below = 2 * panel + 2 * MARGIN;
@@ -128,9 +134,12 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
         image_text(&sheet, &font, line, 18.0f, left, below + 52, 20);
         snprintf(line, sizeof line, "neighbours' errors correlate: %.2f", neighbours);
         image_text(&sheet, &font, line, 18.0f, left, below + 74, 20);
-        printf("%-24s relative MSE %.5f, correlation of neighbours %.3f\n", title[i], error, neighbours);
+        printf("%-24s relative MSE %.5f, correlation of neighbours %.3f\n", title[i], error,
+               neighbours);
     }
-    image_text(&sheet, &font, "Lower row: the error, grey where there is none, four times as strong in the two panels on the right. "
+    image_text(&sheet, &font,
+               "Lower row: the error, grey where there is none, four times as strong in the two "
+               "panels on the right. "
                "All lookups are told of the light; a shared exit serves 8 x 8 pixels.",
                13.0f, MARGIN, height - 6, 110);
     wrong = file_write_png(path, &sheet);
@@ -164,7 +173,8 @@ int main(int count, char **words) {
         part[i] = render(&s, settings, samples[i]);
     }
     for (int i = 0; i < SIDE * SIDE; i++)
-        mask[i] = (unsigned char)tracer_sees_object(&s, WIDTH, HEIGHT, LEFT + i % SIDE, TOP + i / SIDE);
+        mask[i] =
+            (unsigned char)tracer_sees_object(&s, WIDTH, HEIGHT, LEFT + i % SIDE, TOP + i / SIDE);
     draw_sheet(words[1], part, truth, mask);
     for (int i = 0; i < PANELS; i++) free(part[i].rgb);
     free(truth[0].rgb);
