@@ -29,9 +29,13 @@ DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard d
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
 SOURCES   = $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
 PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
-EACH      = $(PROGRAMS) $(wildcard tests/test_*.sh) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
+# The page's test waits for most of its time, so it comes before all; long ones do not come last.
+ORDER     = tests/test_page.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh
+EACH      = $(ORDER) $(filter-out $(ORDER),$(PROGRAMS) $(wildcard tests/test_*.sh)) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
+EXAMPLES := $(patsubst examples/%.c,build/examples/%,$(wildcard examples/*.c))
+CHAPTERS := $(patsubst tutorial/%/main.c,build/tutorial/%,$(wildcard tutorial/*/main.c))
 CHARTS   := race which hints model
 # With pandas and matplotlib, as make setup-long installs them for this one.
 PYTHON   ?= /usr/bin/python3
@@ -45,7 +49,7 @@ help:
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make pictures      make the pictures of the README anew'
-	@echo 'make test          build and run the tests, in about four minutes; T=contract runs that one alone'
+	@echo 'make test          build the tests and run them, about two minutes each; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
@@ -128,6 +132,15 @@ build/test_rivals: tests/test_rivals.c tests/sss_test.h $(STUDY) | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
 build/test_plan_model: demos/study/model_bodies.h
+
+$(EXAMPLES): build/examples/%: examples/%.c examples/renderer.h sss_resample.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 -O1 $(EXACT) $(STRICT) -I. -Iexamples $< -o $@ -lm
+
+# A chapter's program is built by the command that the chapter prints, into a folder of its own.
+$(CHAPTERS): build/tutorial/%: tutorial/%/main.c tutorial/%/README.md $(wildcard tutorial/*.h) sss_resample.h
+	@mkdir -p $(@D)
+	sed -n 's|^\(cc .* -o build/\)|\1tutorial/|p' tutorial/$*/README.md | head -n 1 | sh -ex
 
 build/tools/%: tests/tools/%.c
 	@mkdir -p $(@D)
@@ -219,12 +232,12 @@ build/page/figures: tutorial/page/figures.c sss_resample.h
 	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
 # All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
-# Each test has one core, and tests run side by side. What they have measured is kept in build/logs.
-NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS)) $(filter build/%,$(TESTS))
+# Each test has one core, and tests run side by side, one more than there are cores: some wait for windows. What they have measured is kept in build/logs.
+NEEDED    = $(if $(filter %.sh,$(TESTS)),all $(TOOLS) $(EXAMPLES) $(CHAPTERS)) $(filter build/%,$(TESTS))
 test test-long:
 	@[ "$(TESTS)" ] || { echo 'make $@: there is no test of the name $(T)'; exit 2; }
 	@failed=; $(MAKE) --no-print-directory -k -j $$(nproc) $(NEEDED) || failed=1; \
-	BUILD=build OMP_NUM_THREADS=1 prove -j $$(nproc) --directives --failures --comments -e tests/run.sh \
+	BUILD=build OMP_NUM_THREADS=1 prove -j $$(($$(nproc) + 1)) --directives --failures --comments -e tests/run.sh \
 	    $(TESTS) $(if $(filter test-long,$@),:: --long) || failed=1; \
 	[ -z "$$failed" ] || { echo 'make $@: not all could be built and passed'; exit 1; }
 

@@ -1,18 +1,19 @@
-// exit_points.c - light leaves an object at one point, the entry of a camera path: which exits do the techniques find,
-// how much does each count, and what does resampling make of them? In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
+// exit_points.c - light leaves an object at one point, the entry of a camera path: which exits do
+// the techniques find, how much does each count, and what does resampling make of them? In a
+// window, or as a PNG. See --help. SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
 #define COMMAND "exit_points"
 #include "common/tracer.h"
 #include "common/window.h"
 
-#define POINTS      500        // shown in each pane
-#define LOOKUPS     25000      // behind each histogram
-#define TRUTH       20000      // calls of tracer_area_points() behind the true curve
-#define BINS        32         // of a histogram
-#define PROBES      10         // shown on demand
-#define PASSES      16         // rays through each pixel of the object
-#define RAYS        70000      // pixels of the object's picture in a window at most; more are interpolated
+#define POINTS      500   // shown in each pane
+#define LOOKUPS     25000 // behind each histogram
+#define TRUTH       20000 // calls of tracer_area_points() behind the true curve
+#define BINS        32    // of a histogram
+#define PROBES      10    // shown on demand
+#define PASSES      16    // rays through each pixel of the object
+#define RAYS        70000 // pixels of the object in a window at most; more are interpolated
 #define STEP        1.2599210f // of the dmfp: three make a factor of two
 #define FRAME       0.016      // seconds
 #define BUSY        0.010      // of them for lookups, or as long as drawing takes
@@ -25,18 +26,21 @@
 
 static const char usage[] =
     "usage: exit_points [options]\n"
-    "Light leaves an object at one point. Shows where probes of each technique look for the places at which\n"
-    "it went in (the exits of the camera path), coloured by how much each counts, and what resampling picks.\n"
+    "Light leaves an object at one point. Shows where probes of each technique look for the places "
+    "at which\n"
+    "it went in (the exits of the camera path), coloured by how much each counts, and what "
+    "resampling picks.\n"
     "\n" WINDOW_HELP_SCENE "  --dmfp-scale X     multiplies the scene's mean free paths (2)\n"
-    "  --techniques LIST  of disk,tangents,sphere,chord, mixed and resampled; default: the library's mix\n"
+    "  --techniques LIST  of disk,tangents,sphere,chord, mixed and resampled; default: the "
+    "library's mix\n"
     "  --turn DEGREES     where the camera stands to begin with (-24)\n"
     "  --still            do not turn the object\n"
     "  --probes           show the probes of a few candidates\n" WINDOW_HELP_FILES;
 
 enum { DISK, SPHERE, CHORD, MIX, PICKED, PANES };
 
-// What the pictures need to know of each scene: what to call its object, where its own camera looks at the object's most
-// telling part, roughly, and how large the object is shown.
+// What the pictures need to know of each scene: what to call its object, where its own camera looks
+// at the object's most telling part, roughly, and how large the object is shown.
 static const struct {
     const char *object;
     float x, y, zoom;
@@ -109,11 +113,14 @@ static void add_point(exit_points *e, pane *p, sss_vec3 position, float weight) 
 }
 
 // A hit's weight: the profile over the density that finds it.
-static float weigh(const exit_points *e, const sss_resampler *r, sss_vec3 position, sss_vec3 normal) {
-    return target(&e->s.medium, distance_to(position, e->entry)) / sss_intensity(r, position, normal);
+static float weigh(const exit_points *e, const sss_resampler *r, sss_vec3 position,
+                   sss_vec3 normal) {
+    return target(&e->s.medium, distance_to(position, e->entry)) /
+           sss_intensity(r, position, normal);
 }
 
-// Traces a probe for the library. With `p` each hit is a point, and the sum of their weights is returned.
+// Traces a probe for the library. With `p` each hit is a point, and the sum of their weights is
+// returned.
 static float trace(exit_points *e, pane *p, sss_resampler *r, const sss_probe *probe) {
     scene_hits hits;
     float sum = 0.0f;
@@ -145,7 +152,8 @@ static void look_up(exit_points *e, int which) {
     begin(e, which, &r, p->lookups++);
     while (sss_next_probe(&r, &probe)) weight += trace(e, which == PICKED ? NULL : p, &r, &probe);
     if (which == PICKED && sss_finish(&r, &exit)) {
-        for (int c = 0; c < 3; c++) weight += exit.weight[c] / sss_within(&e->s.medium, c, 1e30f) * (1.0f / 3.0f);
+        for (int c = 0; c < 3; c++)
+            weight += exit.weight[c] / sss_within(&e->s.medium, c, 1e30f) * (1.0f / 3.0f);
         add_point(e, p, exit.position, weight);
     }
     if (!(weight > 0.0f)) p->misses++;
@@ -153,12 +161,14 @@ static void look_up(exit_points *e, int which) {
     p->squares += (double)weight * (double)weight;
 }
 
-// The surface integral of the target over the object, by distance: area points, without the library's sampling.
+// The surface integral of the target over the object, by distance: area points, without the
+// library's sampling.
 static void add_truth(exit_points *e) {
     tracer_points points;
     tracer_area_points(&e->s, e->entry, &e->truth_random, &points);
     for (int i = 0; i < points.count; i++) {
-        const float weight[3] = {points.point[i].weight.x, points.point[i].weight.y, points.point[i].weight.z};
+        const float weight[3] = {points.point[i].weight.x, points.point[i].weight.y,
+                                 points.point[i].weight.z};
         int bin = (int)(distance_to(points.point[i].position, e->entry) / e->reach * BINS);
         for (int c = 0; c < 3; c++) {
             double share = (double)(weight[c] / sss_within(&e->s.medium, c, 1e30f));
@@ -199,7 +209,8 @@ static void restart(exit_points *e) {
     for (e->reach = 0.01f; within < 0.96f && e->reach < 100.0f; e->reach *= 1.05f) {
         within = 0.0f;
         for (int c = 0; c < 3; c++) {
-            within += sss_within(&e->s.medium, c, e->reach) / sss_within(&e->s.medium, c, 1e30f) * (1.0f / 3.0f);
+            within += sss_within(&e->s.medium, c, e->reach) / sss_within(&e->s.medium, c, 1e30f) *
+                      (1.0f / 3.0f);
         }
     }
 }
@@ -217,7 +228,8 @@ static void aim(exit_points *e) {
 static float fit(float width, float height) { return scene_min(width, 0.75f * height); }
 
 // The hit of the camera's ray through a point of a pane's picture.
-static scene_hit see(const exit_points *e, float width, float height, float x, float y, sss_vec3 *direction) {
+static scene_hit see(const exit_points *e, float width, float height, float x, float y,
+                     sss_vec3 *direction) {
     float side = 1.0f / fit(width, height);
     sss_vec3 d = scene_along(e->s.forward, e->s.right, (2.0f * x - width) * side);
     *direction = scene_normalize(scene_along(d, e->s.up, (height - 2.0f * y) * side));
@@ -227,18 +239,21 @@ static scene_hit see(const exit_points *e, float width, float height, float x, f
 // Where in a box the camera sees a point; returns whether the object hides it.
 static int project(const exit_points *e, box b, sss_vec3 position, float *x, float *y) {
     sss_vec3 d = scene_sub(position, e->s.eye);
-    float depth = scene_dot(d, e->s.forward), side = fit(b.width, b.height), length = scene_sqrt(scene_dot(d, d));
+    float depth = scene_dot(d, e->s.forward), side = fit(b.width, b.height),
+          length = scene_sqrt(scene_dot(d, d));
     float inverse = side / (depth * scene_dot(e->s.right, e->s.right));
     *x = b.x + 0.5f * (b.width + scene_dot(d, e->s.right) * inverse);
     *y = b.y + 0.5f * (b.height - scene_dot(d, e->s.up) * inverse);
-    return scene_nearest(&e->s, e->s.eye, scene_scale(d, 1.0f / length), SCENE_NOTHING).t < length - 2e-3f;
+    return scene_nearest(&e->s, e->s.eye, scene_scale(d, 1.0f / length), SCENE_NOTHING).t <
+           length - 2e-3f;
 }
 
 static void find_entry(exit_points *e) {
     float x = subject[e->w.scene].x;
     float y = subject[e->w.scene].y;
     sss_vec3 direction;
-    for (float shift = 0.0f; shift < 0.3f; shift += 0.01f) { // needles: to the side until one is met
+    for (float shift = 0.0f; shift < 0.3f;
+         shift += 0.01f) { // needles: to the side until one is met
         scene_hit hit = see(e, 1.0f, 1.0f, x + shift, y, &direction);
         if (hit.shape < 0) continue;
         e->entry = scene_along(e->s.eye, direction, hit.t);
@@ -258,7 +273,8 @@ static void open_scene(exit_points *e) {
     restart(e);
 }
 
-// One more ray through each pixel of the object's picture; after PASSES of them its edges are smooth.
+// One more ray through each pixel of the object's picture; after PASSES of them its edges are
+// smooth.
 static void cast(exit_points *e, float pane_width, float pane_height, float unit) {
     float width = pane_width * unit, height = pane_height * unit, detail = 1.0f;
     while (!e->w.headless && width * height / (detail * detail) > RAYS) detail += 0.25f;
@@ -271,8 +287,10 @@ static void cast(exit_points *e, float pane_width, float pane_height, float unit
         if (!e->rays || !e->rgb) fail(1, "out of memory");
     }
     if (e->passes == PASSES) return;
-    float dx = tracer_unit(sss_hash(1u, (uint32_t)e->passes)), dy = tracer_unit(sss_hash(2u, (uint32_t)e->passes));
-    sss_vec3 light = scene_normalize(scene_sub(scene_along(e->s.up, e->s.forward, -0.25f), e->s.right));
+    float dx = tracer_unit(sss_hash(1u, (uint32_t)e->passes)),
+          dy = tracer_unit(sss_hash(2u, (uint32_t)e->passes));
+    sss_vec3 light =
+        scene_normalize(scene_sub(scene_along(e->s.up, e->s.forward, -0.25f), e->s.right));
 #pragma omp parallel for schedule(dynamic, 8)
     for (int y = 0; y < h; y++) {
         for (int x = 0; x < w; x++) {
@@ -280,7 +298,8 @@ static void cast(exit_points *e, float pane_width, float pane_height, float unit
             scene_hit hit = see(e, (float)w, (float)h, (float)x + dx, (float)y + dy, &direction);
             float *sum = e->rays + 2 * (y * w + x), shade = 0.0f;
             if (hit.shape >= 0) {
-                sss_vec3 n = scene_normal(&e->s.shape[hit.shape], scene_along(e->s.eye, direction, hit.t));
+                sss_vec3 n =
+                    scene_normal(&e->s.shape[hit.shape], scene_along(e->s.eye, direction, hit.t));
                 float lit = 0.5f + 0.5f * scene_dot(n, light), facing = -scene_dot(n, direction);
                 shade = (0.06f + 0.24f * lit * lit) * (0.45f + 0.55f * facing);
             }
@@ -296,7 +315,8 @@ static void upload(exit_points *e, canvas *c) {
     if (e->passes == 0) return; // an iconified window has no pixels
     for (int i = 0; i < e->ray_width * e->ray_height; i++) {
         const float *sum = e->rays + 2 * i;
-        float shade = 255.0f * sqrtf(sum[0] / (sum[1] > 0.0f ? sum[1] : 1.0f)), covered = sum[1] / (float)e->passes;
+        float shade = 255.0f * sqrtf(sum[0] / (sum[1] > 0.0f ? sum[1] : 1.0f)),
+              covered = sum[1] / (float)e->passes;
         for (int k = 0; k < 3; k++) {
             float behind = (float)(PANE >> (24 - 8 * k) & 255u);
             e->rgb[3 * i + k] = (unsigned char)(behind + (tint[k] * shade - behind) * covered);
@@ -329,7 +349,9 @@ static void draw_arrow(canvas *c, float x0, float y0, float x1, float y1, unsign
 }
 
 // From a quarter of the mean to four times it.
-static unsigned weight_colour(double relative) { return canvas_scale(0.5f + 0.25f * (float)log2(relative + 1e-9)); }
+static unsigned weight_colour(double relative) {
+    return canvas_scale(0.5f + 0.25f * (float)log2(relative + 1e-9));
+}
 
 static double mean_weight(const pane *p) { return p->points > 0.0 ? p->sum / p->points : 1.0; }
 
@@ -351,8 +373,8 @@ static void draw_points(const exit_points *e, canvas *c, const pane *p, box b) {
 static void draw_ring(canvas *c, float x, float y, float radius, float wide, unsigned colour) {
     for (int i = 0; i < 24; i++) {
         float a = (float)i * (SCENE_PI / 12.0f), n = (float)(i + 1) * (SCENE_PI / 12.0f);
-        canvas_line(c, x + radius * cosf(a), y + radius * sinf(a), x + radius * cosf(n), y + radius * sinf(n), wide,
-                    colour);
+        canvas_line(c, x + radius * cosf(a), y + radius * sinf(a), x + radius * cosf(n),
+                    y + radius * sinf(n), wide, colour);
     }
 }
 
@@ -360,7 +382,8 @@ static void draw_ring(canvas *c, float x, float y, float radius, float wide, uns
 static void draw_probe(const exit_points *e, canvas *c, box b, const sss_probe *probe) {
     const float nearest = 1.0f;
     float depth = scene_dot(scene_sub(probe->origin, e->s.eye), e->s.forward);
-    float slope = scene_dot(probe->direction, e->s.forward), from = 0.0f, to = probe->length, x0, y0, x1, y1;
+    float slope = scene_dot(probe->direction, e->s.forward), from = 0.0f, to = probe->length, x0,
+          y0, x1, y1;
     if (slope > 0.0f) from = scene_max(from, (nearest - depth) / slope);
     if (slope < 0.0f) to = scene_min(to, (nearest - depth) / slope);
     if (!(from < to)) return;
@@ -369,7 +392,8 @@ static void draw_probe(const exit_points *e, canvas *c, box b, const sss_probe *
     canvas_line(c, x0, y0, x1, y1, 1.5f, 0xffffffa0u);
 }
 
-// The probes of a few lookups, or those of one that is resampled, with their hits and the one that is picked.
+// The probes of a few lookups, or those of one that is resampled, with their hits and the one that
+// is picked.
 static void draw_probes(exit_points *e, canvas *c, int which, box b) {
     double mean = mean_weight(&e->pane[which == PICKED ? MIX : which]);
     for (uint32_t k = 0; k < (which == PICKED ? 1u : PROBES); k++) {
@@ -417,7 +441,8 @@ static double tick_step(double length) {
 static void draw_curve(canvas *c, float left, float top, float step, const float *y) {
     float x[BINS], half[BINS];
     for (int i = 0; i < BINS; i++) {
-        float slope = (y[i < BINS - 1 ? i + 1 : i] - y[i > 0 ? i - 1 : i]) / (i % (BINS - 1) ? 2.0f * step : step);
+        float slope = (y[i < BINS - 1 ? i + 1 : i] - y[i > 0 ? i - 1 : i]) /
+                      (i % (BINS - 1) ? 2.0f * step : step);
         half[i] = 1.7f * sqrtf(1.0f + slope * slope);
         x[i] = left + step * (float)i;
     }
@@ -445,15 +470,18 @@ static void draw_histogram(const exit_points *e, canvas *c, int which, box b, do
     for (double tick = 0.0; tick < (double)e->reach * 0.97; tick += step) {
         float x = b.x + b.width * (float)(tick / (double)e->reach);
         snprintf(text, sizeof text, "%g", tick);
-        canvas_text(c, x, b.y + b.height + 14.0f, 12.5f, tick > 0.0 ? CANVAS_CENTRE : CANVAS_LEFT, QUIET, text);
+        canvas_text(c, x, b.y + b.height + 14.0f, 12.5f, tick > 0.0 ? CANVAS_CENTRE : CANVAS_LEFT,
+                    QUIET, text);
     }
     canvas_clip(c, b.x, b.y, b.width, b.height + 1.0f);
     float wide = b.width / BINS, y[BINS];
     for (int i = 0; i < BINS; i++) {
         float high = (float)(p->histogram[i] / (p->points + 1e-9) / top) * b.height;
-        canvas_rectangle(c, b.x + wide * (float)i + 0.5f, b.y + b.height - high, wide - 1.0f, high, BAR);
+        canvas_rectangle(c, b.x + wide * (float)i + 0.5f, b.y + b.height - high, wide - 1.0f, high,
+                         BAR);
     }
-    for (int i = 0; i < BINS; i++) y[i] = b.height * (1.0f - (float)(e->truth[i] / (e->truth_sum + 1e-9) / top));
+    for (int i = 0; i < BINS; i++)
+        y[i] = b.height * (1.0f - (float)(e->truth[i] / (e->truth_sum + 1e-9) / top));
     draw_curve(c, b.x + 0.5f * wide, b.y, wide, y);
     canvas_unclip(c);
 }
@@ -476,7 +504,8 @@ static const char *technique_names(const exit_points *e, char *text) {
 }
 
 static void draw_pane(exit_points *e, canvas *c, int which, double top) {
-    static const char *const title[PANES] = {"disk probes", "sphere probes", "chord probes", "mixed probes", ""};
+    static const char *const title[PANES] = {"disk probes", "sphere probes", "chord probes",
+                                             "mixed probes", ""};
     static const char *const how[PANES] = {"lines along the normal", "lines through a point below",
                                            "segments across a ball", "", "the exits to be shaded"};
     const box b = pane_box(c, which);
@@ -485,8 +514,10 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
     char text[96];
     int chosen = which == PICKED;
     snprintf(text, sizeof text, "resampled: 1 of %d", e->w.candidates);
-    canvas_text(c, b.x, b.y - 27.0f, 21.0f, CANVAS_LEFT, chosen ? CHOSEN : TEXT, chosen ? text : title[which]);
-    canvas_text(c, b.x, b.y - 8.0f, 14.5f, CANVAS_LEFT, QUIET, which == MIX ? technique_names(e, text) : how[which]);
+    canvas_text(c, b.x, b.y - 27.0f, 21.0f, CANVAS_LEFT, chosen ? CHOSEN : TEXT,
+                chosen ? text : title[which]);
+    canvas_text(c, b.x, b.y - 8.0f, 14.5f, CANVAS_LEFT, QUIET,
+                which == MIX ? technique_names(e, text) : how[which]);
     canvas_frame(c, b.x, b.y, b.width, b.height, chosen ? 2.0f : 1.0f, chosen ? CHOSEN : EDGE);
     canvas_clip(c, b.x, b.y, b.width, b.height);
     canvas_image(c, e->texture, at, uv, 0xffffffff);
@@ -494,10 +525,12 @@ static void draw_pane(exit_points *e, canvas *c, int which, double top) {
     else draw_points(e, c, p, b);
     draw_entry(e, c, b);
     canvas_unclip(c);
-    snprintf(text, sizeof text, chosen ? "%d points, %.0f %% of lookups miss" : "%d points, %.0f %% of probes miss",
+    snprintf(text, sizeof text,
+             chosen ? "%d points, %.0f %% of lookups miss" : "%d points, %.0f %% of probes miss",
              p->count, 100.0 * p->misses / (p->lookups + 1e-9));
     canvas_text(c, b.x, b.y + b.height + 20.0f, 14.5f, CANVAS_LEFT, QUIET, text);
-    snprintf(text, sizeof text, "100 %s worth %.0f ideal ones", chosen ? "exits" : "probes", worth(p));
+    snprintf(text, sizeof text, "100 %s worth %.0f ideal ones", chosen ? "exits" : "probes",
+             worth(p));
     canvas_text(c, b.x, b.y + b.height + 41.0f, 15.5f, CANVAS_LEFT, chosen ? CHOSEN : TEXT, text);
     const box h = {b.x, b.y + b.height + 54.0f, b.width, HISTOGRAM};
     draw_histogram(e, c, which, h, top);
@@ -510,7 +543,8 @@ static void draw_colours(canvas *c, float x, float y) {
     for (int i = 0; i < 5; i++) {
         canvas_text(c, x + 60.0f * (float)i, y + 29.0f, 13.5f, CANVAS_CENTRE, QUIET, label[i]);
     }
-    canvas_text(c, x, y + 48.0f, 13.5f, CANVAS_LEFT, QUIET, "1: the mean. Faded: behind the object.");
+    canvas_text(c, x, y + 48.0f, 13.5f, CANVAS_LEFT, QUIET,
+                "1: the mean. Faded: behind the object.");
 }
 
 static void draw_keys(exit_points *e, canvas *c, float y) {
@@ -520,27 +554,30 @@ static void draw_keys(exit_points *e, canvas *c, float y) {
     snprintf(text, sizeof text, "dmfp \xc3\x97%.3g", (double)e->dmfp);
     x = canvas_key(c, x, y, ']', text);
     for (int i = 0; i < 3; i++) x = canvas_key(c, x, y, '1' + i, "");
-    x = canvas_key(c, x, y, '4', e->techniques ? technique_names(e, names) : "disk tangents sphere chord");
+    x = canvas_key(c, x, y, '4',
+                   e->techniques ? technique_names(e, names) : "disk tangents sphere chord");
     x = canvas_key(c, x, y, 'P', e->probes ? "points" : "probes");
     x = canvas_key(c, x, y, ' ', e->paused ? "turn" : "pause");
     window_last_keys(&e->w, x, y);
     canvas_text(c, MARGIN, y - 24.0f, 13.0f, CANVAS_LEFT, e->w.note[0] ? TEXT : QUIET,
-                e->w.note[0]
-                    ? e->w.note
-                    : "Press on the object to move the entry; drag beside it or with the right button to turn; "
-                      "wheel to zoom. Press a key, or click on it here:");
+                e->w.note[0] ? e->w.note
+                             : "Press on the object to move the entry; drag beside it or with the "
+                               "right button to turn; "
+                               "wheel to zoom. Press a key, or click on it here:");
 }
 
 // What the numbers are, where there is no window and so no keys.
 static void draw_small_print(const exit_points *e, canvas *c, float y) {
     char text[256];
     snprintf(text, sizeof text,
-             "%d lookups behind each histogram, points counted without their weight. The curve: brute force over the "
+             "%d lookups behind each histogram, points counted without their weight. The curve: "
+             "brute force over the "
              "surface, mean of the three colours.",
              LOOKUPS);
     canvas_text(c, MARGIN, y, 13.0f, CANVAS_LEFT, QUIET, text);
     snprintf(text, sizeof text,
-             "Worth: 100 (sum w)\xc2\xb2 / (n sum w\xc2\xb2), w the weight that one of n lookups finds. Profile %s, "
+             "Worth: 100 (sum w)\xc2\xb2 / (n sum w\xc2\xb2), w the weight that one of n lookups "
+             "finds. Profile %s, "
              "the scene's "
              "mean free paths \xc3\x97%.3g, seed %u.",
              window_profile[e->w.profile], (double)e->dmfp, e->w.seed);
@@ -550,18 +587,22 @@ static void draw_small_print(const exit_points *e, canvas *c, float y) {
 static void draw_text(exit_points *e, canvas *c) {
     char text[256];
     float low = c->height - FOOTER + 32.0f;
-    snprintf(text, sizeof text, "Light leaves the %s at the ring. Where did it go in?", subject[e->w.scene].object);
+    snprintf(text, sizeof text, "Light leaves the %s at the ring. Where did it go in?",
+             subject[e->w.scene].object);
     canvas_text(c, MARGIN, 37.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     canvas_text(c, MARGIN, 62.0f, 16.0f, CANVAS_LEFT, QUIET,
-                "Probe rays find candidates: too many in some places, too few in others. The colour is how much each "
+                "Probe rays find candidates: too many in some places, too few in others. The "
+                "colour is how much each "
                 "must count to make up for it.");
     snprintf(text, sizeof text,
-             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the light went in, "
+             "Resampling picks 1 of %d candidates by this weight: what it picks lies where the "
+             "light went in, "
              "and counts nearly alike.",
              e->w.candidates);
     canvas_text(c, MARGIN, 83.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_colours(c, c->width - 258.0f, 40.0f);
-    canvas_text(c, MARGIN, low, 14.0f, CANVAS_LEFT, QUIET, "distance from the entry (the object is about 2 high)");
+    canvas_text(c, MARGIN, low, 14.0f, CANVAS_LEFT, QUIET,
+                "distance from the entry (the object is about 2 high)");
     canvas_rectangle(c, 560.0f, low - 11.0f, 14.0f, 11.0f, BAR);
     canvas_text(c, 581.0f, low, 14.0f, CANVAS_LEFT, QUIET, "share of the points");
     canvas_rectangle(c, 760.0f, low - 6.0f, 22.0f, 2.5f, CHOSEN);
@@ -634,7 +675,8 @@ static int press_key(exit_points *e, int code) {
 
 static int handle(exit_points *e, canvas *c) {
     canvas_event event;
-    while (!e->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
+    while (!e->w.save &&
+           canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         switch (event.kind) {
         case CANVAS_KEY:
             if (!press_key(e, event.code)) return 0;
@@ -652,7 +694,8 @@ static int handle(exit_points *e, canvas *c) {
             if (e->moving) move_entry(e, c, event.x, event.y);
             if (e->turning) {
                 e->turn -= 0.4f * (event.x - e->mouse_x);
-                e->tilt = scene_max(-60.0f, scene_min(80.0f, e->tilt + 0.4f * (event.y - e->mouse_y)));
+                e->tilt =
+                    scene_max(-60.0f, scene_min(80.0f, e->tilt + 0.4f * (event.y - e->mouse_y)));
                 aim(e);
             }
             e->mouse_x = event.x;
@@ -667,10 +710,12 @@ static void run(exit_points *e, canvas *c) {
     double before = now(), drawing = 0.0;
     while (handle(e, c)) {
         double time = now(), end = time + fmax(BUSY, drawing);
-        if (!e->paused && !e->turning && !e->moving) e->turn += TURN * (float)(time - before), aim(e);
+        if (!e->paused && !e->turning && !e->moving)
+            e->turn += TURN * (float)(time - before), aim(e);
         before = time;
         int left = 1, asked = 0;
-        while (left && !asked && now() < end) left = work(e, now() + SLICE), asked = canvas_poll(c, 0.0);
+        while (left && !asked && now() < end)
+            left = work(e, now() + SLICE), asked = canvas_poll(c, 0.0);
         drawing = now();
         draw(e, c);
         window_show(&e->w);
@@ -706,7 +751,8 @@ int main(int count, char **words) {
     window_defaults(&e.w);
     e.dmfp = 2.0f;
     e.turn = -24.0f;
-    for (int i = 1; i < count;) i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
+    for (int i = 1; i < count;)
+        i += parse_option(&e, words[i], i + 1 < count ? words[i + 1] : NULL);
     const char *wrong = output_try(e.w.png);
     if (wrong) fail(2, "cannot write %s: %s", e.w.png, wrong);
     open_scene(&e);

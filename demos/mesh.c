@@ -12,21 +12,21 @@
 #include "common/pair.h"
 #include "common/progress.h"
 
-#define SLICE      0.012  // seconds that one step of rendering takes
-#define REFRESH    0.080  // between two frames, unless there is an event
-#define COARSE     4      // how many pixels the preview's are wide
-#define PATIENT    0.3    // seconds until a preview that takes longer is shown in part, or given up
-#define QUICK      8      // candidates of a preview at most
-#define BATCH      8      // pixels
-#define ROWS       16     // of the mask in one step
-#define FIELD      22.0f  // angle of the view in degrees, and the share of it that the object may fill
+#define SLICE      0.012 // seconds that one step of rendering takes
+#define REFRESH    0.080 // between two frames, unless there is an event
+#define COARSE     4     // how many pixels the preview's are wide
+#define PATIENT    0.3   // seconds until a preview that takes longer is shown in part, or given up
+#define QUICK      8     // candidates of a preview at most
+#define BATCH      8     // pixels
+#define ROWS       16    // of the mask in one step
+#define FIELD      22.0f // angle of the view in degrees, and the share of it that the object may fill
 #define FILLED     0.86f
 #define LAMP       128.0f // degrees from the eye, about the object
 #define LEAST_SIZE 1e-3   // of --scale
 #define MOST_SIZE  1e5
-#define LEAST_DMFP 1e-12  // of --dmfp, beside 0
+#define LEAST_DMFP 1e-12 // of --dmfp, beside 0
 #define MOST_DMFP  1e12
-#define PRESETS "apple chicken cream jade ketchup marble milk potato skimmilk skin skin2 wax"
+#define PRESETS    "apple chicken cream jade ketchup marble milk potato skimmilk skin skin2 wax"
 
 static const char usage[] =
     "usage: mesh FILE [options]\n"
@@ -45,7 +45,8 @@ static const char usage[] =
     "  --turn DEGREES     see the object from this much further to the right (0)\n"
     "  --light-aware      give the library a light hint at each candidate\n"
     "  --share            the resampled picture shares its exits over tiles of pixels\n"
-    "  --tolerance E      choose the model of each resampled lookup: by volume, profile or Lambert,\n"
+    "  --tolerance E      choose the model of each resampled lookup: by volume, profile or "
+    "Lambert,\n"
     "                     whichever is cheapest for this relative error\n"
     "  --models           with --tolerance: colour the object by the model chosen\n"
     "  --candidates M     probes of each resampled lookup (8)\n"
@@ -88,8 +89,8 @@ typedef struct card {
 typedef struct run {
     tracer_settings settings;
     image half[2], preview;
-    int unit, previewed;  // unit: how many of the pass or the preview under way are done
-    uint32_t spp[2];      // complete passes of each half
+    int unit, previewed; // unit: how many of the pass or the preview under way are done
+    uint32_t spp[2];     // complete passes of each half
     card card;
 } run;
 
@@ -133,7 +134,8 @@ typedef struct viewer {
 // What the mask holds. 0: not the object.
 enum { BY_PROFILE = 1, BY_DISK, BY_WALK, BY_LAMBERT, MODELS };
 static const char *const model_name[MODELS] = {"", "profile", "one disk", "volume", "Lambert"};
-static const unsigned model_colour[MODELS] = {0u, 0x4c9be8ffu, 0x7fd1aeffu, 0xf2a33affu, 0xd8d8d8ffu};
+static const unsigned model_colour[MODELS] = {0u, 0x4c9be8ffu, 0x7fd1aeffu, 0xf2a33affu,
+                                              0xd8d8d8ffu};
 
 // ---- The file
 
@@ -152,19 +154,23 @@ static void load_object(viewer *v) {
     triangle_mesh *m = &v->world.m;
     mesh_file_read(&file, v->file, v->up ? strcmp(v->up, "z") == 0 : ends_with(v->file, ".stl"));
     if (file.reason[0]) fail(2, "cannot read %s: %s", v->file, file.reason);
-    const char *wrong = mesh_make(m, file.xyz, (size_t)file.vertices, file.corner, (size_t)file.triangles);
+    const char *wrong =
+        mesh_make(m, file.xyz, (size_t)file.vertices, file.corner, (size_t)file.triangles);
     mesh_file_free(&file);
     if (wrong) fail(2, "cannot use %s: it %s", v->file, wrong);
     if (m->left_out > 0)
-        fprintf(stderr, "mesh: note: left out %u of %u triangles: without area or place, or there twice\n", m->left_out,
-                m->left_out + m->triangles);
+        fprintf(stderr,
+                "mesh: note: left out %u of %u triangles: without area or place, or there twice\n",
+                m->left_out, m->left_out + m->triangles);
     wrong = mesh_open(&v->world);
     if (wrong) fail(1, "%s", wrong);
 }
 
 // ---- Medium, light and camera, all relative to the object
 
-static double largest(const triangle_mesh *m) { return fmax(m->size[0], fmax(m->size[1], m->size[2])); }
+static double largest(const triangle_mesh *m) {
+    return fmax(m->size[0], fmax(m->size[1], m->size[2]));
+}
 
 // A mean free path in scene units as the library takes it. The object is about 2 large, and its
 // coordinates are rounded by 1e-7: probes do not resolve lengths below 1e-5, which pictures of less
@@ -218,12 +224,14 @@ static void set_camera(mesh_world *world, const view *seen, int width, int heigh
     sss_vec3 target = scene_vec(0.0f, (float)(0.5 * m->size[1] * m->unit), 0.0f);
     float side = (float)(width < height ? width : height), distance = 0.0f;
     scenes_camera(s, scene_add(target, back), target, FIELD);
-    float reach = scene_sqrt(scene_dot(s->up, s->up)), across = FILLED * reach * (float)width / side;
+    float reach = scene_sqrt(scene_dot(s->up, s->up)),
+          across = FILLED * reach * (float)width / side;
     sss_vec3 right = scene_scale(s->right, 1.0f / reach), up = scene_scale(s->up, 1.0f / reach);
     float down = FILLED * reach * (float)height / side;
     for (uint32_t i = 0; i < m->vertices; i++) {
         sss_vec3 p = scene_sub(m->position[i], target);
-        float far = scene_max(scene_abs(scene_dot(p, right)) / across, scene_abs(scene_dot(p, up)) / down);
+        float far =
+            scene_max(scene_abs(scene_dot(p, right)) / across, scene_abs(scene_dot(p, up)) / down);
         distance = scene_max(distance, far + scene_dot(p, back));
     }
     scenes_camera(s, scene_along(target, back, distance * seen->zoom), target, FIELD);
@@ -550,15 +558,16 @@ static void medium_text(const viewer *v, char *text, size_t room) {
     const triangle_mesh *m = &v->world.m;
     const sss_medium *medium = &v->view.medium;
     if (v->preset < 0) {
-        snprintf(text, room, "albedo %.2f %.2f %.2f, diffuse mean free path %.3g %.3g %.3g units", (double)v->albedo[0],
-                 (double)v->albedo[1], (double)v->albedo[2], (double)v->dmfp[0], (double)v->dmfp[1],
-                 (double)v->dmfp[2]);
+        snprintf(text, room, "albedo %.2f %.2f %.2f, diffuse mean free path %.3g %.3g %.3g units",
+                 (double)v->albedo[0], (double)v->albedo[1], (double)v->albedo[2],
+                 (double)v->dmfp[0], (double)v->dmfp[1], (double)v->dmfp[2]);
         return;
     }
     double unit = v->millimetres / (largest(m) * m->unit), dmfp[3];
     for (int c = 0; c < 3; c++) dmfp[c] = unit / (double)medium->sigma[c];
-    snprintf(text, room, "%s (%s), %.4g mm large, diffuse mean free path %.3g %.3g %.3g mm", preset[v->preset].name,
-             preset[v->preset].by_eye ? "by eye" : "Jensen et al. 2001", v->millimetres, dmfp[0], dmfp[1], dmfp[2]);
+    snprintf(text, room, "%s (%s), %.4g mm large, diffuse mean free path %.3g %.3g %.3g mm",
+             preset[v->preset].name, preset[v->preset].by_eye ? "by eye" : "Jensen et al. 2001",
+             v->millimetres, dmfp[0], dmfp[1], dmfp[2]);
 }
 
 static const char *base_name(const char *path) {
@@ -637,8 +646,8 @@ static void draw(viewer *v, canvas *c) {
     canvas_begin(c, PAGE);
     canvas_look(c);
     const box b = picture_box(c, &v->run[PLAIN], PLAIN);
-    snprintf(text, sizeof text, "%.60s: %u triangles, %.4g \xc3\x97 %.4g \xc3\x97 %.4g units", base_name(v->file),
-             m->triangles, m->size[0], m->size[1], m->size[2]);
+    snprintf(text, sizeof text, "%.60s: %u triangles, %.4g \xc3\x97 %.4g \xc3\x97 %.4g units",
+             base_name(v->file), m->triangles, m->size[0], m->size[1], m->size[2]);
     canvas_text(c, b.x, 38.0f, 28.0f, CANVAS_LEFT, TEXT, text);
     medium_text(v, medium, sizeof medium);
     canvas_text(c, b.x, 66.0f, 16.0f, CANVAS_LEFT, QUIET, medium);
@@ -648,14 +657,16 @@ static void draw(viewer *v, canvas *c) {
     const box e = picture_box(c, &v->run[RESAMPLED], RESAMPLED);
     draw_models(v, c, e.x + e.width);
     snprintf(text, sizeof text,
-             "Plain shades what one probe finds, resampled the one it picks from %d. Noise: the variance over the "
+             "Plain shades what one probe finds, resampled the one it picks from %d. Noise: the "
+             "variance over the "
              "object's pixels, relative to their mean square,",
              v->w.candidates);
     float y = b.y + b.height + 70.0f;
     if (v->w.headless) {
         canvas_text(c, b.x, y, 13.0f, CANVAS_LEFT, QUIET, text);
         canvas_text(c, b.x, y + 18.0f, 13.0f, CANVAS_LEFT, QUIET,
-                    "measured by two halves of each picture with independent noise, without a reference; both pictures "
+                    "measured by two halves of each picture with independent noise, without a "
+                    "reference; both pictures "
                     "have shaded the same number of points.");
     } else {
         draw_keys(v, c, c->height - 14.0f);
@@ -784,7 +795,8 @@ static int render_headless(viewer *v, canvas *c) {
 
 // ---- Command line
 
-static void parse_colours(const char *option, const char *text, double least, double most, float out[3]) {
+static void parse_colours(const char *option, const char *text, double least, double most,
+                          float out[3]) {
     char *end;
     const char *at = text;
     for (int c = 0; c < 3; c++, at = end + 1) {
@@ -847,8 +859,10 @@ static void parse(viewer *v, int count, char **words) {
     v->spp = 32;
     for (int i = 1; i < count;) i += parse_option(v, words[i], i + 1 < count ? words[i + 1] : NULL);
     if (!v->file) fail(2, "which file? --help lists what there is");
-    if (v->preset >= 0 && (v->has_dmfp || v->has_albedo)) fail(2, "--preset is in place of --dmfp and --albedo");
-    if (v->preset < 0 && v->has_scale) fail(2, "--scale goes with --preset; --dmfp is in the file's units");
+    if (v->preset >= 0 && (v->has_dmfp || v->has_albedo))
+        fail(2, "--preset is in place of --dmfp and --albedo");
+    if (v->preset < 0 && v->has_scale)
+        fail(2, "--scale goes with --preset; --dmfp is in the file's units");
     if (v->view.models && !(v->view.tolerance > 0.0f)) fail(2, "--models goes with --tolerance");
     v->view.candidates = v->w.candidates;
 }
@@ -870,7 +884,8 @@ static void make_pictures(viewer *v) {
         r->settings.width = width;
         r->settings.height = height;
         good &= image_new(&r->half[0], width, height) && image_new(&r->half[1], width, height);
-        good &= image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
+        good &=
+            image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
         good &= image_bytes_new(&r->card.picture, width, height, 0);
         good &= image_bytes_new(&v->shown[i].picture, width, height, 0);
         v->shown[i].noise = -1.0;
@@ -892,21 +907,23 @@ static void free_pictures(viewer *v) {
 
 int main(int count, char **words) {
     static viewer v;
-    static const float relative[3] = {0.30f, 0.12f, 0.05f}; // diffuse mean free paths over half the diagonal
+    static const float relative[3] = {0.30f, 0.12f,
+                                      0.05f}; // diffuse mean free paths over half the diagonal
     canvas *c = &v.w.c;
     parse(&v, count, words);
     const char *wrong = output_try(v.w.png);
     if (wrong) fail(2, "cannot write %s: %s", v.w.png, wrong);
     load_object(&v);
     const triangle_mesh *m = &v.world.m;
-    for (int k = 0; k < 3 && !v.has_dmfp; k++) v.dmfp[k] = relative[k] * (float)(MESH_RADIUS / m->unit);
+    for (int k = 0; k < 3 && !v.has_dmfp; k++)
+        v.dmfp[k] = relative[k] * (float)(MESH_RADIUS / m->unit);
     make_pictures(&v);
     pthread_mutex_init(&v.lock, NULL);
     want_medium(&v);
     char medium[200];
     medium_text(&v, medium, sizeof medium);
-    printf("%s: %u triangles, %.6g x %.6g x %.6g units; %s\n", v.file, m->triangles, m->size[0], m->size[1], m->size[2],
-           medium);
+    printf("%s: %u triangles, %.6g x %.6g x %.6g units; %s\n", v.file, m->triangles, m->size[0],
+           m->size[1], m->size[2], medium);
     wrong = canvas_open(c, "mesh", v.w.headless, v.w.width, v.w.height, 1280.0f, 720.0f);
     int code = 0;
     if (!wrong && v.w.headless) code = render_headless(&v, c);

@@ -16,8 +16,7 @@ static const char usage[] =
     "usage: noise [options]\n"
     "Renders a scene twice at the same price: plain on the left, resampled on the right, and the "
     "error of both.\n"
-    "\n" WINDOW_HELP_SCENE
-    "  --light-aware      give the library a light hint at each candidate\n"
+    "\n" WINDOW_HELP_SCENE "  --light-aware      give the library a light hint at each candidate\n"
     "  --share            the resampled half shares its exits over tiles of pixels\n"
     "  --same-time        the same time for both, not the same number of shaded points\n"
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
@@ -26,7 +25,13 @@ static const char usage[] =
     "  --reference N      headless: samples a pixel of the reference (48)\n" WINDOW_HELP_FILES
         WINDOW_HELP_INTERRUPT;
 
-enum { PLAIN, RESAMPLED, HALF, OTHER_HALF, RUNS }; // the last two: a reference in two halves with independent noise
+enum {
+    PLAIN,
+    RESAMPLED,
+    HALF,
+    OTHER_HALF,
+    RUNS
+}; // the last two: a reference in two halves with independent noise
 
 // A picture that grows, pass by pass of one sample a pixel, each from the top row to the bottom.
 typedef struct run {
@@ -48,8 +53,9 @@ typedef struct noise {
     scene s;
     run run[RUNS];
     unsigned char *mask;
-    double power, relative_mse[2], measured; // power: root mean square of the reference; measured: when
-    float worst;                             // error at the end of the colour bar: twice the mean of plain
+    double power, relative_mse[2],
+        measured; // power: root mean square of the reference; measured: when
+    float worst;  // error at the end of the colour bar: twice the mean of plain
     device_set devices, opening;
     job opener;
     scene first_scene; // for the first launch on it
@@ -86,10 +92,14 @@ static void set_sharing(noise *n, int which) {
 static void restart(noise *n, int reference_too) {
     for (int i = 0; i < (reference_too && !n->against ? RUNS : HALF); i++) {
         tracer_settings *settings = &n->run[i].settings;
-        settings->method = i == PLAIN ? TRACER_PLAIN : i == RESAMPLED ? TRACER_RESAMPLED : TRACER_REFERENCE;
+        settings->method = i == PLAIN       ? TRACER_PLAIN
+                           : i == RESAMPLED ? TRACER_RESAMPLED
+                                            : TRACER_REFERENCE;
         settings->light_aware = i == RESAMPLED && n->light_aware;
         settings->plan.candidates = n->w.candidates;
-        settings->seed = i == HALF ? n->w.seed ^ 0x68616c66u : i == OTHER_HALF ? n->w.seed ^ 0x48414c46u : n->w.seed;
+        settings->seed = i == HALF         ? n->w.seed ^ 0x68616c66u
+                         : i == OTHER_HALF ? n->w.seed ^ 0x48414c46u
+                                           : n->w.seed;
         set_sharing(n, i);
         clear(&n->run[i]);
     }
@@ -128,7 +138,8 @@ static void show_error(noise *n, int which) {
             squares += e * e;
         }
         unsigned colour = canvas_scale(sqrtf(squares / 3.0f) / (n->worst * (float)n->power));
-        for (size_t k = 0; k < 3; k++) r->error.rgb[i + k] = (unsigned char)(colour >> (24 - 8 * k));
+        for (size_t k = 0; k < 3; k++)
+            r->error.rgb[i + k] = (unsigned char)(colour >> (24 - 8 * k));
     }
 }
 
@@ -144,7 +155,8 @@ static void measure(noise *n) {
     }
     n->power = sqrt(power > 0.0 ? power / pixels : 1.0);
     for (int i = PLAIN; i <= RESAMPLED; i++) {
-        if (n->run[i].spp) n->relative_mse[i] = image_relative_mse(&n->run[i].mean, one, other, n->mask);
+        if (n->run[i].spp)
+            n->relative_mse[i] = image_relative_mse(&n->run[i].mean, one, other, n->mask);
     }
     n->worst = n->relative_mse[PLAIN] > 0.0 ? 2.0f * sqrtf((float)n->relative_mse[PLAIN]) : 1.0f;
     for (int i = PLAIN; i <= RESAMPLED; i++) {
@@ -159,8 +171,11 @@ static void measure(noise *n) {
 static void render_slice(noise *n, int which) {
     run *r = &n->run[which];
     double start = now(), end = n->w.headless ? 1e30 : start + SLICE;
-    int bands = device_bands(r->settings, r->spp), next = r->row, count = n->devices.count, rows = 1, failed = 0;
-    if (count > 0) rows = n->w.headless ? (bands + count - 1) / count : 1 + (int)(0.25 * SLICE * r->rate / count);
+    int bands = device_bands(r->settings, r->spp), next = r->row, count = n->devices.count,
+        rows = 1, failed = 0;
+    if (count > 0)
+        rows =
+            n->w.headless ? (bands + count - 1) / count : 1 + (int)(0.25 * SLICE * r->rate / count);
     unsigned long long probes = 0, shaded = 0;
 #pragma omp parallel num_threads(device_threads(&n->devices)) reduction(+ : probes, shaded)
     {
@@ -172,8 +187,8 @@ static void render_slice(noise *n, int which) {
             top = bottom - rows;
             if (top >= bands) break;
             if (bottom > bands) bottom = bands;
-            if (device_band(&n->devices, device_thread(), &n->s, r->settings, top, bottom, r->spp, 1, r->sum.rgb,
-                            &mine) == SSS_CL_OK)
+            if (device_band(&n->devices, device_thread(), &n->s, r->settings, top, bottom, r->spp,
+                            1, r->sum.rgb, &mine) == SSS_CL_OK)
                 continue;
 #pragma omp atomic write
             failed = device_thread() + 1;
@@ -190,7 +205,8 @@ static void render_slice(noise *n, int which) {
     r->seconds += now() - start;
     r->rate = (next - top) / (now() - start + 1e-9);
     r->row = next;
-    show_rows(n, which, device_band_top(r->settings, r->spp, top), device_band_top(r->settings, r->spp, next));
+    show_rows(n, which, device_band_top(r->settings, r->spp, top),
+              device_band_top(r->settings, r->spp, next));
     if (next == bands) r->row = 0, r->spp++;
     n->changed = 1;
 }
@@ -200,14 +216,18 @@ static void render_slice(noise *n, int which) {
 static int next_run(const noise *n) {
     const run *plain = &n->run[PLAIN], *resampled = &n->run[RESAMPLED], *half = &n->run[HALF];
     const run *other = &n->run[OTHER_HALF];
-    uint32_t limit = n->w.headless ? n->spp : 1u << 30, enough = n->w.headless ? n->reference / 2 : ENOUGH;
-    double passes = plain->spp > 0 ? plain->spp : 1; // the pass that brings plain nearest to even is its last
+    uint32_t limit = n->w.headless ? n->spp : 1u << 30,
+             enough = n->w.headless ? n->reference / 2 : ENOUGH;
+    double passes =
+        plain->spp > 0 ? plain->spp : 1; // the pass that brings plain nearest to even is its last
     int behind = n->same_time ? plain->seconds * (1.0 + 0.5 / passes) < resampled->seconds
-                              : (double)plain->work.shaded * (1.0 + 0.5 / passes) < (double)resampled->work.shaded;
+                              : (double)plain->work.shaded * (1.0 + 0.5 / passes) <
+                                    (double)resampled->work.shaded;
     int pair = plain->row > 0 ? PLAIN : resampled->row > 0 ? RESAMPLED : behind ? PLAIN : RESAMPLED;
     if (pair == RESAMPLED && resampled->spp >= limit) pair = -1;
     if (n->against || other->spp >= enough) return pair;
-    if (pair >= 0 && half->seconds + other->seconds > plain->seconds + resampled->seconds) return pair;
+    if (pair >= 0 && half->seconds + other->seconds > plain->seconds + resampled->seconds)
+        return pair;
     return half->spp > other->spp ? OTHER_HALF : HALF;
 }
 
@@ -219,9 +239,10 @@ static void open_device(void *argument) {
     if (n->open_result != SSS_CL_OK) return;
     unsigned long long probes = 0, shaded = 0; // the first launch compiles once more
     static float rgb[3 * 16 * 16];
-    n->open_result =
-        tracer_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16, 0, 1, rgb, &probes, &shaded);
-    if (n->open_result != SSS_CL_OK) memcpy(n->opening.error, n->opening.cl[0].cl.error, sizeof n->opening.error);
+    n->open_result = tracer_cl_render(&n->opening.cl[0], &n->first_scene, n->first_settings, 0, 16,
+                                      0, 1, rgb, &probes, &shaded);
+    if (n->open_result != SSS_CL_OK)
+        memcpy(n->opening.error, n->opening.cl[0].cl.error, sizeof n->opening.error);
 }
 
 static void begin_opening(noise *n) {
@@ -268,14 +289,17 @@ static box view_box(const noise *n, const canvas *c, int which) {
 // The left part of one texture and the right part of another, with the divider between.
 static void draw_split(const noise *n, canvas *c, box b, GLuint left, GLuint right) {
     float cut = n->divider, x = b.x + cut * b.width;
-    const float at[2][4] = {{b.x, b.y, cut * b.width, b.height}, {x, b.y, (1.0f - cut) * b.width, b.height}};
+    const float at[2][4] = {{b.x, b.y, cut * b.width, b.height},
+                            {x, b.y, (1.0f - cut) * b.width, b.height}};
     const float uv[2][4] = {{0.0f, 0.0f, cut, 1.0f}, {cut, 0.0f, 1.0f, 1.0f}};
     canvas_image(c, left, at[0], uv[0], 0xffffffffu);
     canvas_image(c, right, at[1], uv[1], 0xffffffffu);
     canvas_rectangle(c, x - 1.5f, b.y, 3.0f, b.height, 0xffffffffu);
     canvas_point(c, x, b.y + 0.5f * b.height, 9.0f, 0xffffffffu);
-    canvas_line(c, x - 2.0f, b.y + 0.5f * b.height - 4.0f, x - 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
-    canvas_line(c, x + 2.0f, b.y + 0.5f * b.height - 4.0f, x + 2.0f, b.y + 0.5f * b.height + 4.0f, 1.6f, PAGE);
+    canvas_line(c, x - 2.0f, b.y + 0.5f * b.height - 4.0f, x - 2.0f, b.y + 0.5f * b.height + 4.0f,
+                1.6f, PAGE);
+    canvas_line(c, x + 2.0f, b.y + 0.5f * b.height - 4.0f, x + 2.0f, b.y + 0.5f * b.height + 4.0f,
+                1.6f, PAGE);
 }
 
 static const char *right_name(const noise *n) {
@@ -286,11 +310,13 @@ static const char *right_name(const noise *n) {
 static void draw_run(const noise *n, canvas *c, int which, float x, float y, int side) {
     const run *r = &n->run[which];
     char text[160];
-    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : right_name(n), n->relative_mse[which]);
-    if (n->relative_mse[which] < 0.0) snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : right_name(n));
+    snprintf(text, sizeof text, "%s: error %.4f", which == PLAIN ? "plain" : right_name(n),
+             n->relative_mse[which]);
+    if (n->relative_mse[which] < 0.0)
+        snprintf(text, sizeof text, "%s", which == PLAIN ? "plain" : right_name(n));
     canvas_text(c, x, y, 19.0f, side, which == PLAIN ? TEXT : CHOSEN, text);
-    snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s", (double)r->spp + (double)r->row / device_bands(r->settings, r->spp),
-             r->seconds);
+    snprintf(text, sizeof text, "%.1f samples a pixel in %.1f s",
+             (double)r->spp + (double)r->row / device_bands(r->settings, r->spp), r->seconds);
     canvas_text(c, x, y + 22.0f, 14.0f, side, QUIET, text);
     snprintf(text, sizeof text, "%.2f million points shaded", 1e-6 * (double)r->work.shaded);
     canvas_text(c, x, y + 41.0f, 14.0f, side, QUIET, text);
@@ -316,8 +342,10 @@ static void draw_reference(const noise *n, canvas *c, float x, float y) {
         snprintf(text, sizeof text, "%.1f times more error %s", resampled / plain, price);
     }
     canvas_text(c, x, y, 19.0f, CANVAS_RIGHT, CHOSEN, text);
-    canvas_text(c, x, y + 22.0f, 14.0f, CANVAS_RIGHT, QUIET, "Error: relative mean square over the object, against");
-    snprintf(text, sizeof text, "brute force, so far %u samples a pixel; its own noise cancels out of the number",
+    canvas_text(c, x, y + 22.0f, 14.0f, CANVAS_RIGHT, QUIET,
+                "Error: relative mean square over the object, against");
+    snprintf(text, sizeof text,
+             "brute force, so far %u samples a pixel; its own noise cancels out of the number",
              n->run[HALF].spp + n->run[OTHER_HALF].spp);
     canvas_text(c, x, y + 41.0f, 14.0f, CANVAS_RIGHT, QUIET, n->against ? n->against : text);
 }
@@ -327,7 +355,10 @@ static void draw_keys(noise *n, canvas *c, float y) {
     x = canvas_key(c, x, y, 'L', n->light_aware ? "no light hint" : "light hint");
     x = canvas_key(c, x, y, 'H', n->shares ? "share nothing" : "share exits");
     x = canvas_key(c, x, y, 'T', n->same_time ? "same points" : "same time");
-    x = canvas_key(c, x, y, 'D', n->opener.runs ? "opening ..." : n->devices.count > 0 ? "use the CPU" : "use OpenCL");
+    x = canvas_key(c, x, y, 'D',
+                   n->opener.runs         ? "opening ..."
+                   : n->devices.count > 0 ? "use the CPU"
+                                          : "use OpenCL");
     x = canvas_key(c, x, y, 'R', "restart");
     x = window_last_keys(&n->w, x, y);
     canvas_text(c, x, y, 13.0f, CANVAS_LEFT, TEXT, n->w.note);
@@ -348,11 +379,11 @@ static void draw(noise *n, canvas *c) {
     char shared[64] = "";
     int tile = n->run[RESAMPLED].settings.plan.tile;
     if (tile) snprintf(shared, sizeof shared, ", which serves %d x %d pixels", tile, tile);
-    snprintf(
-        text, sizeof text,
-        "Plain probes find one exit at a time and shade it. Resampling finds %d candidates and shades "
-        "the one it picks%s.%s",
-        n->w.candidates, shared, n->w.headless ? "" : " Drag the line.");
+    snprintf(text, sizeof text,
+             "Plain probes find one exit at a time and shade it. Resampling finds %d candidates "
+             "and shades "
+             "the one it picks%s.%s",
+             n->w.candidates, shared, n->w.headless ? "" : " Drag the line.");
     canvas_text(c, b.x, 64.0f, 16.0f, CANVAS_LEFT, QUIET, text);
     draw_split(n, c, b, n->run[PLAIN].shown_texture, n->run[RESAMPLED].shown_texture);
     canvas_look(c);
@@ -361,7 +392,8 @@ static void draw(noise *n, canvas *c) {
     pair_label(c, b.x, b.y, CANVAS_LEFT, TEXT, "plain");
     pair_label(c, b.x + b.width, b.y, CANVAS_RIGHT, CHOSEN, right_name(n));
     pair_label(c, e.x, e.y, CANVAS_LEFT, TEXT, "error of plain");
-    pair_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN, n->run[RESAMPLED].settings.plan.tile ? "error of shared" : "error of resampled");
+    pair_label(c, e.x + e.width, e.y, CANVAS_RIGHT, CHOSEN,
+               n->run[RESAMPLED].settings.plan.tile ? "error of shared" : "error of resampled");
     if (n->measured > 0.0) draw_colours(n, c, e.x + e.width - 50.0f, e.y - 20.0f);
     else
         canvas_text(c, e.x + 0.75f * e.width, e.y + 0.5f * e.height, 16.0f, CANVAS_CENTRE, QUIET,
@@ -398,11 +430,13 @@ static void drag(noise *n, const canvas *c, const canvas_event *event) {
 
 static int handle(noise *n, canvas *c) {
     canvas_event event;
-    while (!n->w.save && canvas_next_event(c, &event)) { // what follows W belongs into the next frame
+    while (!n->w.save &&
+           canvas_next_event(c, &event)) { // what follows W belongs into the next frame
         if (event.kind == CANVAS_KEY && !press_key(n, event.code)) return 0;
         if (event.kind == CANVAS_PRESS) n->dragging = event.y > TOP && event.y < c->height - FOOTER;
         if (event.kind == CANVAS_RELEASE) n->dragging = 0;
-        if (n->dragging && (event.kind == CANVAS_PRESS || event.kind == CANVAS_MOVE)) drag(n, c, &event);
+        if (n->dragging && (event.kind == CANVAS_PRESS || event.kind == CANVAS_MOVE))
+            drag(n, c, &event);
     }
     return !canvas_closing(c);
 }
@@ -411,7 +445,8 @@ static void run_window(noise *n, canvas *c) {
     while (handle(n, c)) {
         int which = 0, asked = 0;
         end_opening(n);
-        for (double end = now() + REFRESH; which >= 0 && !asked && now() < end; asked = canvas_poll(c, 0.0)) {
+        for (double end = now() + REFRESH; which >= 0 && !asked && now() < end;
+             asked = canvas_poll(c, 0.0)) {
             which = next_run(n);
             if (which >= 0) render_slice(n, which);
         }
@@ -457,7 +492,8 @@ static void make_pictures(noise *n) {
         run *r = &n->run[i];
         good &= image_new(&r->sum, width, height) && image_new(&r->mean, width, height);
         if (i < HALF)
-            good &= image_bytes_new(&r->shown, width, height, 0) && image_bytes_new(&r->error, width, height, 0);
+            good &= image_bytes_new(&r->shown, width, height, 0) &&
+                    image_bytes_new(&r->error, width, height, 0);
         r->settings.width = width;
         r->settings.height = height;
         if (i < HALF || !n->against) continue;
@@ -501,7 +537,8 @@ int main(int count, char **words) {
     n.reference = 48;
     n.divider = 0.5f;
     n.device = "cpu";
-    for (int i = 1; i < count;) i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
+    for (int i = 1; i < count;)
+        i += parse_option(&n, words[i], i + 1 < count ? words[i + 1] : NULL);
     const char *wrong = output_try(n.w.png);
     if (wrong) fail(2, "cannot write %s: %s", n.w.png, wrong);
     make_pictures(&n);

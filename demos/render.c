@@ -9,17 +9,19 @@
 #include "common/files.h"
 #include "common/tracer.h"
 
-#define RENDER_COMPARE_SPP       24   // of the resampled panel
-#define RENDER_COMPARE_REFERENCE 96   // samples a pixel in each half of the reference
-#define RENDER_COMPARE_COST      1.0  // of one of these, over one of the resampled panel, roughly
-#define RENDER_COMPARE_SECONDS   70.0 // of the processors: the reference stops early on a slow machine
+#define RENDER_COMPARE_SPP       24  // of the resampled panel
+#define RENDER_COMPARE_REFERENCE 96  // samples a pixel in each half of the reference
+#define RENDER_COMPARE_COST      1.0 // of one of these, over one of the resampled panel, roughly
+#define RENDER_COMPARE_SECONDS                                                                     \
+    70.0 // of the processors: the reference stops early on a slow machine
 
 static const char usage[] =
     "usage: render [options]\n"
     "Renders a scene with subsurface scattering; writes render.png when no output file is named.\n"
     "\n"
     "  --scene NAME       bear (default), rabbit, sphere, slab, corner, needles\n"
-    "  --method NAME      resampled (default), shared (exits serve a tile of pixels), plain (one probe a "
+    "  --method NAME      resampled (default), shared (exits serve a tile of pixels), plain (one "
+    "probe a "
     "lookup,\n"
     "                     three axes), reference (brute force)\n"
     "  --profile NAME     burley (default), dipole, better-dipole\n"
@@ -31,13 +33,17 @@ static const char usage[] =
     "  --device NAME      cpu (default), opencl, opencl:NUMBER or opencl:all\n"
     "\n"
     "for --method resampled and shared:\n"
-    "  --model NAME       profile (default), volume (random walks), lambert; auto chooses for each lookup\n"
-    "  --tolerance E      with --model auto: the relative error of the model that is good enough (0.1)\n"
-    "  --candidates M     probes a lookup (8; as the plan advises where exits are shared), or walks (2)\n"
+    "  --model NAME       profile (default), volume (random walks), lambert; auto chooses for each "
+    "lookup\n"
+    "  --tolerance E      with --model auto: the relative error of the model that is good enough "
+    "(0.1)\n"
+    "  --candidates M     probes a lookup (8; as the plan advises where exits are shared), or "
+    "walks (2)\n"
     "  --exits N          exits a lookup (1)\n"
     "  --techniques LIST  of disk,tangents,sphere,chord; default: the library's mix\n"
     "  --per-channel      every colour picks its own exit\n"
-    "  --share N          shared: the side of the tiles in pixels, 0 to 8 (0: none; default: what the plan advises)\n"
+    "  --share N          shared: the side of the tiles in pixels, 0 to 8 (0: none; default: what "
+    "the plan advises)\n"
     "  --independent      draw every candidate anew, not stratified\n"
     "  --light-aware      give the library a light hint at each candidate\n"
     "\n"
@@ -45,7 +51,8 @@ static const char usage[] =
     "  --pfm FILE         linear picture; behind its pixels stands which samples it holds\n"
     "  --stats FILE       numbers, as JSON\n"
     "  --against FILE     measure the error against this PFM of the same size\n"
-    "  --compare          Lambert, plain, resampled, shared and a reference side by side in one PNG,\n"
+    "  --compare          Lambert, plain, resampled, shared and a reference side by side in one "
+    "PNG,\n"
     "                     in the same time but for the last, with the error of each\n"
     "  --merge FILE...    join PFM files of one picture, each by its number of samples, into --pfm "
     "or --png\n"
@@ -142,7 +149,8 @@ static int parse_picture(options *o, const char *name, const char *value) {
     return 1;
 }
 
-// An option with a value; 0 when there is no option of this name. `value` is NULL when it is missing.
+// An option with a value; 0 when there is no option of this name. `value` is NULL when it is
+// missing.
 static int parse_value(options *o, const char *name, const char *value) {
     if (parse_picture(o, name, value)) return 1;
     if (parse_resampling(o, name, value)) return 1;
@@ -203,14 +211,17 @@ static void check_model(options *o) {
     }
     if (is_model(o, "lambert")) plan->techniques = SSS_LAMBERT;
 
-    if (!is_model(o, "auto") && o->settings.tolerance > 0.0f) fail(2, "--tolerance is of --model auto");
+    if (!is_model(o, "auto") && o->settings.tolerance > 0.0f)
+        fail(2, "--tolerance is of --model auto");
     if (is_model(o, "auto") && !(o->settings.tolerance > 0.0f)) o->settings.tolerance = 0.1f;
     if (strcmp(o->method, "shared") != 0) {
         if (o->share > 1 && !o->compare) fail(2, "--share is of --method shared");
         return;
     }
-    if (!profile) fail(2, "--method shared wants --model profile or auto: the others share nothing");
-    if (!tracer_may_share(o->settings, *plan)) fail(2, "--method shared wants chord among the --techniques");
+    if (!profile)
+        fail(2, "--method shared wants --model profile or auto: the others share nothing");
+    if (!tracer_may_share(o->settings, *plan))
+        fail(2, "--method shared wants chord among the --techniques");
 }
 
 // The tile, and what else the plan advises for it and the user leaves open.
@@ -249,7 +260,8 @@ static void parse(options *o, int count, char **words) {
         return;
     }
     if (o->compare && (o->method || o->pfm || o->against || o->first_sample)) {
-        fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm, --against or "
+        fail(2, "--compare renders all methods and a reference: it takes no --method, --pfm, "
+                "--against or "
                 "--first-sample");
     }
     if (!o->method) o->method = o->share > 1 && !o->compare ? "shared" : "resampled";
@@ -258,10 +270,13 @@ static void parse(options *o, int count, char **words) {
                          : strcmp(o->method, "reference") == 0 ? TRACER_REFERENCE
                                                                : TRACER_RESAMPLED;
     if (!o->spp) o->spp = o->compare ? RENDER_COMPARE_SPP : 16;
-    if ((uint64_t)o->first_sample + (uint64_t)o->spp > 4294967296u) fail(2, "samples are numbered up to 4294967295");
-    if (!o->png && (o->compare || (!o->pfm && !o->stats))) o->png = o->compare ? "compare.png" : "render.png";
+    if ((uint64_t)o->first_sample + (uint64_t)o->spp > 4294967296u)
+        fail(2, "samples are numbered up to 4294967295");
+    if (!o->png && (o->compare || (!o->pfm && !o->stats)))
+        o->png = o->compare ? "compare.png" : "render.png";
     if (o->resampling && o->settings.method != TRACER_RESAMPLED) {
-        fprintf(stderr, "render: note: %s has no effect with --method %s\n", o->resampling, o->method);
+        fprintf(stderr, "render: note: %s has no effect with --method %s\n", o->resampling,
+                o->method);
     }
 }
 
@@ -290,14 +305,15 @@ static void show_samples(void *user, double share) {
     progress_show(mine->p, mine->p->done + mine->cost * share);
 }
 
-// Adds samples first .. first + count - 1 of every pixel to `sum`. `cost` is the work of one sample of every
-// pixel.
-static void render_samples(const scene *s, const tracer_settings *settings, image *sum, uint32_t first, int count,
-                           device_work *work, progress *p, double cost) {
+// Adds samples first .. first + count - 1 of every pixel to `sum`. `cost` is the work of one sample
+// of every pixel.
+static void render_samples(const scene *s, const tracer_settings *settings, image *sum,
+                           uint32_t first, int count, device_work *work, progress *p, double cost) {
     samples_progress mine;
     mine.p = p;
     mine.cost = cost * count;
-    if (device_render(&devices, s, settings, sum, first, count, work, show_samples, &mine) != SSS_CL_OK) {
+    if (device_render(&devices, s, settings, sum, first, count, work, show_samples, &mine) !=
+        SSS_CL_OK) {
         fail(1, "%s", devices.error);
     }
     p->done += cost * count;
@@ -338,14 +354,16 @@ typedef struct run {
     double seconds, relative_mse; // relative_mse below 0: not measured
 } run;
 
-// The picture in passes of about a second, so that Ctrl-C need not wait long; then r->spp is what there is.
+// The picture in passes of about a second, so that Ctrl-C need not wait long; then r->spp is what
+// there is.
 static void render_run(const scene *s, run *r, progress *p, const char *label, double cost) {
     double start = now();
     int done = 0, count = 1;
     p->label = label;
     r->picture = new_image(&r->settings);
     while (done == 0 || (done < r->spp && !interrupted())) {
-        render_samples(s, &r->settings, &r->picture, r->first + (uint32_t)done, count, &r->work, p, cost);
+        render_samples(s, &r->settings, &r->picture, r->first + (uint32_t)done, count, &r->work, p,
+                       cost);
         done += count;
         double a_second = done / (now() - start + 1e-6);
         count = a_second < r->spp - done ? (int)a_second : r->spp - done;
@@ -359,10 +377,12 @@ static void render_run(const scene *s, run *r, progress *p, const char *label, d
 static void write_run(FILE *file, const options *o, const run *r) {
     double mean[3];
     image_mean(&r->picture, mean);
-    fprintf(file, "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": %.6g, ",
+    fprintf(file,
+            "{\"scene\": \"%s\", \"method\": \"%s\", \"device\": \"%s\", \"spp\": %d, \"seconds\": "
+            "%.6g, ",
             scenes_known[o->scene].name, r->method, o->device, r->spp, r->seconds);
-    fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]", r->work.probes, r->work.shaded,
-            mean[0], mean[1], mean[2]);
+    fprintf(file, "\"probes\": %llu, \"shaded\": %llu, \"mean\": [%.9g, %.9g, %.9g]",
+            r->work.probes, r->work.shaded, mean[0], mean[1], mean[2]);
     if (r->relative_mse >= 0.0) fprintf(file, ", \"relative_mse\": %.9g", r->relative_mse);
     fputc('}', file);
 }
@@ -414,21 +434,24 @@ typedef struct sample_ranges {
     sample_range *range;
 } sample_ranges;
 
-static void note_samples(char *line, unsigned long long first, unsigned long long count, unsigned seed,
-                         const char *scene_name, const char *profile) {
-    snprintf(line, NOTE_LINE, "samples %llu %llu seed %u of %s %s\n", first, count, seed, scene_name, profile);
+static void note_samples(char *line, unsigned long long first, unsigned long long count,
+                         unsigned seed, const char *scene_name, const char *profile) {
+    snprintf(line, NOTE_LINE, "samples %llu %llu seed %u of %s %s\n", first, count, seed,
+             scene_name, profile);
 }
 
 static void add_range(sample_ranges *ranges, const sample_range *range) {
     if (ranges->count == ranges->room) {
         ranges->room = 2 * ranges->room + 16;
-        ranges->range = (sample_range *)realloc(ranges->range, (size_t)ranges->room * sizeof *ranges->range);
+        ranges->range =
+            (sample_range *)realloc(ranges->range, (size_t)ranges->room * sizeof *ranges->range);
         if (!ranges->range) fail(1, "out of memory");
     }
     ranges->range[ranges->count++] = *range;
 }
 
-// Adds the ranges that a note tells of; returns how many samples a pixel they are, 0 for a note that is none.
+// Adds the ranges that a note tells of; returns how many samples a pixel they are, 0 for a note
+// that is none.
 static unsigned long long read_note(sample_ranges *ranges, const char *note, const char *file) {
     unsigned long long total = 0, most = 4294967296u;
     while (*note) {
@@ -460,15 +483,15 @@ static void join_ranges(sample_ranges *ranges) {
     qsort(ranges->range, (size_t)ranges->count, sizeof *ranges->range, by_seed_and_first);
     for (int i = 1; i < ranges->count; i++) {
         sample_range *last = &ranges->range[kept], *next = &ranges->range[i];
-        if (strcmp(last->of, next->of) != 0) fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
+        if (strcmp(last->of, next->of) != 0)
+            fail(2, "%s shows %s, %s %s", last->file, last->of, next->file, next->of);
         if (last->seed == next->seed && next->first < last->first + last->count) {
             fail(2, "%s and %s share samples, from %llu of seed %llu", last->file, next->file,
                  next->first, next->seed);
         }
         if (last->seed == next->seed && next->first == last->first + last->count)
             last->count += next->count;
-        else
-            ranges->range[++kept] = *next;
+        else ranges->range[++kept] = *next;
     }
     ranges->count = kept + 1;
 }
@@ -480,8 +503,8 @@ static image load_against(const options *o) {
     const char *wrong = file_read_pfm(&against, o->against, NULL);
     if (wrong) fail(2, "cannot read %s: %s", o->against, wrong);
     if (against.width != o->settings.width || against.height != o->settings.height) {
-        fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height, o->settings.width,
-             o->settings.height);
+        fail(2, "%s is %dx%d, the picture %dx%d", o->against, against.width, against.height,
+             o->settings.width, o->settings.height);
     }
     return against;
 }
@@ -523,9 +546,10 @@ static int render_one(const options *o) {
     progress_begin(&p, scenes_known[o->scene].name, r.spp);
     render_run(&s, &r, &p, scenes_known[o->scene].name, 1.0);
     progress_end(&p);
-    if (r.spp < o->spp) fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
-    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", scenes_known[o->scene].name, o->method, r.spp, r.seconds,
-           r.work.probes, r.work.shaded);
+    if (r.spp < o->spp)
+        fprintf(stderr, "render: stopped after %d of %d samples a pixel\n", r.spp, o->spp);
+    printf("%s, %s: %d spp in %.2f s, %llu probes, %llu points shaded", scenes_known[o->scene].name,
+           o->method, r.spp, r.seconds, r.work.probes, r.work.shaded);
     if (o->against) {
         unsigned char *mask = object_mask(&s, &r.settings);
         r.relative_mse = image_relative_mse(&r.picture, &against, &against, mask);
@@ -542,8 +566,10 @@ static int render_one(const options *o) {
 
 // ---- Parts of a picture, joined
 
-// Adds a file's picture to the sum as often as it has samples; returns their number. The first file sets the size.
-static unsigned long long add_part(const char *file, image *size, double **sum, sample_ranges *ranges) {
+// Adds a file's picture to the sum as often as it has samples; returns their number. The first file
+// sets the size.
+static unsigned long long add_part(const char *file, image *size, double **sum,
+                                   sample_ranges *ranges) {
     image part;
     char *note = NULL;
     const char *wrong = file_read_pfm(&part, file, &note);
@@ -556,7 +582,8 @@ static unsigned long long add_part(const char *file, image *size, double **sum, 
         if (!*sum) fail(1, "out of memory");
     }
     if (part.width != size->width || part.height != size->height) {
-        fail(2, "%s is %dx%d, those before %dx%d", file, part.width, part.height, size->width, size->height);
+        fail(2, "%s is %dx%d, those before %dx%d", file, part.width, part.height, size->width,
+             size->height);
     }
     unsigned long long count = read_note(ranges, note, file);
     if (!count) fail(2, "%s does not say which samples it holds", file);
@@ -581,7 +608,8 @@ static int merge(const options *o) {
         end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count,
                         r->seed, r->of);
     }
-    for (size_t i = 0; i < image_count(whole.width, whole.height); i++) whole.rgb[i] = (float)(sum[i] / (double)total);
+    for (size_t i = 0; i < image_count(whole.width, whole.height); i++)
+        whole.rgb[i] = (float)(sum[i] / (double)total);
     printf("%d files, %llu samples a pixel\n", o->merge_count, total);
     int failed = write_picture(o, &whole, note);
     free(note);
@@ -595,7 +623,8 @@ static int merge(const options *o) {
 
 enum { LAMBERT, PLAIN, RESAMPLED, SHARED, REFERENCE, RUNS };
 
-// Seconds: of the processors, which other programs do not lengthen, or of the clock where a device renders.
+// Seconds: of the processors, which other programs do not lengthen, or of the clock where a device
+// renders.
 static double spent(void) {
     struct timespec t;
     clock_gettime(devices.count > 0 ? CLOCK_MONOTONIC : CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -622,8 +651,8 @@ static void compare_settings(const options *o, const scene *s, run *runs) {
     runs[RESAMPLED].settings.plan.tile = 0;
 }
 
-// The time of one sample, measured on other samples. The first one is not counted: a device may have
-// to build its program for it.
+// The time of one sample, measured on other samples. The first one is not counted: a device may
+// have to build its program for it.
 static double sample_time(const scene *s, const run *r, progress *p) {
     device_work ignored = {0, 0};
     image scrap = new_image(&r->settings);
@@ -736,7 +765,8 @@ static void compare_detail(image_bytes *sheet, const image *picture, int left, i
     }
 }
 
-// Panels side by side, under each its detail and its caption. Returns why it could not be written, or NULL.
+// Panels side by side, under each its detail and its caption. Returns why it could not be written,
+// or NULL.
 static const char *compare_sheet(const options *o, const run *runs, const image_font *font) {
     const int margin = 12, caption = 120, print = 72;
     int width = o->settings.width, height = o->settings.height;

@@ -1,6 +1,6 @@
-/* A light hint with several lights. It is a guess of the irradiance at a hit without any ray: the sum
-   over the lights of what each would give unshadowed, plus a floor in the same unit for all that the
-   sum leaves out (sky, bounced light). A wrong guess costs noise, never bias.
+/* A light hint with several lights. It is a guess of the irradiance at a hit without any ray: the
+   sum over the lights of what each would give unshadowed, plus a floor in the same unit for all
+   that the sum leaves out (sky, bounced light). A wrong guess costs noise, never bias.
 
    Here two lamps hang over the slab, one of them has a shadow that the hint knows nothing of, and a
    dim sky is everywhere. The floor is the sky's irradiance. SPDX-License-Identifier: MIT */

@@ -1,6 +1,6 @@
-// bits.c - a checksum over the bits of everything that many lookups give out. test_compile.sh compares it between
-// compilers and levels of optimisation, long/test_wasm.sh with WebAssembly, where there is no libc and so nothing is
-// printed. C99 and C++11. SPDX-License-Identifier: MIT
+// bits.c - a checksum over the bits of everything that many lookups give out. test_compile.sh
+// compares it between compilers and levels of optimisation, long/test_wasm.sh with WebAssembly,
+// where there is no libc and so nothing is printed. C99 and C++11. SPDX-License-Identifier: MIT
 #if __STDC_HOSTED__
 #include <stdio.h>
 #endif
@@ -38,8 +38,8 @@ static sss_vec3 some_vector(uint32_t seed) {
     return v;
 }
 
-// Two hits on each probe, at places and with normals of no particular surface: only the bits matter here. Walks meet the
-// surface on one segment of four, and scatter.
+// Two hits on each probe, at places and with normals of no particular surface: only the bits matter
+// here. Walks meet the surface on one segment of four, and scatter.
 static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
     int i;
     add_vector(probe->origin);
@@ -49,13 +49,15 @@ static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
         uint32_t name = sss_hash(seed, (uint32_t)i);
         float t = probe->length * sssi_unit(name);
         sss_vec3 n = some_vector(name);
-        sss_vec3 p = sssi_add(probe->origin, sssi_mul(probe->direction, t)); // which no compiler may fuse
+        sss_vec3 p =
+            sssi_add(probe->origin, sssi_mul(probe->direction, t)); // which no compiler may fuse
         add(sss_intensity(s, p, n));
         sss_add_hit(s, p, n, (name & 1u) ? 1.0f : 4.0f * sssi_unit(sss_hash(name, 4)));
     }
 }
 
-// The exit's weight for its own entry and for others nearby: more than there are lanes, of one medium and of two.
+// The exit's weight for its own entry and for others nearby: more than there are lanes, of one
+// medium and of two.
 static void add_share(const sss_medium *m, const sss_exit *exit, sss_vec3 x, uint32_t seed) {
     enum { GROUP = 11 };
     sss_entry group[GROUP];
@@ -157,21 +159,17 @@ static void add_advice(const sss_medium *m, float footprint, float curvature, fl
     add_bits((uint32_t)plan.tile);
 }
 
-static void add_profile(int profile, const float *albedo, const float *length, float eta, uint32_t seed) {
+static void add_profile(int profile, const float *albedo, const float *length, float eta,
+                        uint32_t seed) {
     sss_medium m;
     sss_result result = SSS_OK;
-    if (profile == 0)
-        result = sss_burley(&m, albedo, length);
-    else if (profile == 1)
-        result = sss_burley_mfp(&m, albedo, length);
+    if (profile == 0) result = sss_burley(&m, albedo, length);
+    else if (profile == 1) result = sss_burley_mfp(&m, albedo, length);
     else if (profile == 2)
         result = sss_dipole(&m, albedo, length, eta); // albedo and length as coefficients
-    else if (profile == 3)
-        result = sss_better_dipole(&m, albedo, length, eta);
-    else if (profile == 4)
-        result = sss_dipole_from_albedo(&m, albedo, length, eta);
-    else
-        result = sss_better_dipole_from_albedo(&m, albedo, length, eta);
+    else if (profile == 3) result = sss_better_dipole(&m, albedo, length, eta);
+    else if (profile == 4) result = sss_dipole_from_albedo(&m, albedo, length, eta);
+    else result = sss_better_dipole_from_albedo(&m, albedo, length, eta);
     add_bits((uint32_t)result);
     add_medium(&m);
     add_plans(&m, seed);

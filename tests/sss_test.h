@@ -1,9 +1,9 @@
-/* What the tests share: comparisons that say what went wrong, running statistics, reference profiles and
-   analytic surfaces. All of it is in double precision and none of it uses the header's arithmetic, so that it
-   can contradict it.
+/* What the tests share: comparisons that say what went wrong, running statistics, reference
+   profiles and analytic surfaces. All of it is in double precision and none of it uses the header's
+   arithmetic, so that it can contradict it.
 
-   A test program: include this, call cmocka_run_group_tests from main. Nothing here may be called from inside
-   a parallel region except what says "thread-safe". */
+   A test program: include this, call cmocka_run_group_tests from main. Nothing here may be called
+   from inside a parallel region except what says "thread-safe". */
 #ifndef SSS_TEST_H
 #define SSS_TEST_H
 
@@ -33,22 +33,25 @@ typedef struct st_log {
     int z_count;
     double worst_z;
     double power; /* the largest, over the checks, of the relative bias that lifts z to the limit */
-    double alarms; /* the chance that a correct header fails in one of them, as if they were independent */
+    double alarms; /* the chance that a correct header fails in one of them, as if they were
+                      independent */
 } st_log;
 static inline st_log *st_logbook(void) {
     static st_log book;
     return &book;
 }
 
-static inline void check_near(const char *inputs, double actual, double expected, double tolerance) {
+static inline void check_near(const char *inputs, double actual, double expected,
+                              double tolerance) {
     if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: expected %.9g, got %.9g, error %.3g, tolerance %.3g", inputs, expected, actual, actual - expected,
-                 tolerance);
+        fail_msg("%s: expected %.9g, got %.9g, error %.3g, tolerance %.3g", inputs, expected,
+                 actual, actual - expected, tolerance);
 }
-static inline void check_relative(const char *inputs, double actual, double expected, double tolerance) {
+static inline void check_relative(const char *inputs, double actual, double expected,
+                                  double tolerance) {
     if (!(fabs(actual - expected) <= tolerance * fabs(expected)))
-        fail_msg("%s: expected %.9g, got %.9g, relative error %.3g, tolerance %.3g", inputs, expected, actual,
-                 actual / expected - 1.0, tolerance);
+        fail_msg("%s: expected %.9g, got %.9g, relative error %.3g, tolerance %.3g", inputs,
+                 expected, actual, actual / expected - 1.0, tolerance);
 }
 static inline void check_at_most(const char *inputs, double actual, double limit) {
     if (!(actual <= limit)) fail_msg("%s: got %.9g, above the limit %.9g", inputs, actual, limit);
@@ -59,32 +62,36 @@ static inline void check_at_least(const char *inputs, double actual, double limi
 static inline void check_equal(const char *inputs, long actual, long expected) {
     if (actual != expected) fail_msg("%s: expected %ld, got %ld", inputs, expected, actual);
 }
-/* An estimate with its standard error against the truth. `rounding` is what float32 and the quadrature may
-   add: keep it far below the error. */
-static inline void check_z(const char *inputs, double actual, double error, double expected, double rounding,
-                           double limit) {
+/* An estimate with its standard error against the truth. `rounding` is what float32 and the
+   quadrature may add: keep it far below the error. */
+static inline void check_z(const char *inputs, double actual, double error, double expected,
+                           double rounding, double limit) {
     st_log *book = st_logbook();
     double z = error > 0.0 ? (actual - expected) / error : 0.0;
     ++book->z_count;
     book->alarms += erfc(limit / sqrt(2.0));
     if (fabs(z) > book->worst_z) book->worst_z = fabs(z);
-    if (expected != 0.0 && limit * error / fabs(expected) > book->power) book->power = limit * error / fabs(expected);
+    if (expected != 0.0 && limit * error / fabs(expected) > book->power)
+        book->power = limit * error / fabs(expected);
     if (!(fabs(actual - expected) <= limit * error + rounding))
-        fail_msg("%s: expected %.9g, got %.9g +- %.3g, z %.2f, limit %.2f", inputs, expected, actual, error, z, limit);
+        fail_msg("%s: expected %.9g, got %.9g +- %.3g, z %.2f, limit %.2f", inputs, expected,
+                 actual, error, z, limit);
 }
 /* A teardown for a group: what was compared, and how sharply. */
 static inline int st_report(void **state) {
     const st_log *book = st_logbook();
     (void)state;
     if (book->z_count)
-        print_message("%d z-scores, worst %.2f; the least sharp reaches its limit at a bias of %.2f %%; false alarms "
+        print_message("%d z-scores, worst %.2f; the least sharp reaches its limit at a bias of "
+                      "%.2f %%; false alarms "
                       "%.1g\n",
                       book->z_count, book->worst_z, 100.0 * book->power, book->alarms);
     return 0;
 }
 
-/* The costly statistics take a quarter of the samples in make test, and all in make test-long, make test-mutants and
-   with SSS_TEST_LONG=1: standard errors are twice as large in the former, and false alarms as rare. */
+/* The costly statistics take a quarter of the samples in make test, and all in make test-long, make
+   test-mutants and with SSS_TEST_LONG=1: standard errors are twice as large in the former, and
+   false alarms as rare. */
 static inline int st_is_long(void) {
     const char *wish = getenv("SSS_TEST_LONG");
     return wish && strcmp(wish, "1") == 0;
@@ -92,8 +99,9 @@ static inline int st_is_long(void) {
 static inline int st_samples(int all) { return st_is_long() ? all : all / 4; }
 static inline double st_bluntness(void) { return st_is_long() ? 1.0 : 2.0; }
 
-/* ---- Running mean and variance (Welford; merging by Chan). Thread-safe: give each block of samples its own
-   and merge the blocks in order, then the result does not depend on the number of threads. ---- */
+/* ---- Running mean and variance (Welford; merging by Chan). Thread-safe: give each block of
+   samples its own and merge the blocks in order, then the result does not depend on the number of
+   threads. ---- */
 typedef struct st_stat {
     double n, mean, m2;
 } st_stat;
@@ -110,10 +118,18 @@ static inline void st_merge(st_stat *s, const st_stat *other) {
     s->mean += delta * other->n / n;
     s->n = n;
 }
-static inline double st_variance(const st_stat *s) { return s->n > 1.0 ? s->m2 / (s->n - 1.0) : 0.0; }
-static inline double st_error(const st_stat *s) { return s->n > 1.0 ? sqrt(st_variance(s) / s->n) : 0.0; }
+static inline double st_variance(const st_stat *s) {
+    return s->n > 1.0 ? s->m2 / (s->n - 1.0) : 0.0;
+}
+static inline double st_error(const st_stat *s) {
+    return s->n > 1.0 ? sqrt(st_variance(s) / s->n) : 0.0;
+}
+static inline double st_relative_variance(const st_stat *s) {
+    return st_variance(s) / (s->mean * s->mean);
+}
 
-/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash. Thread-safe. */
+/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash. Thread-safe.
+ */
 static inline double st_random(uint64_t counter) {
     uint64_t z = (counter + 1u) * UINT64_C(0x9e3779b97f4a7c15);
     z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -122,11 +138,18 @@ static inline double st_random(uint64_t counter) {
     return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
 }
 static inline double st_signed(uint64_t counter) { return 2.0 * st_random(counter) - 1.0; }
+/* In (0, 1), of hit `index` of a lookup. */
+static inline double st_noise(uint32_t seed, int index) {
+    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
+}
 
-/* Denormal results and arguments become 0 in this thread, as renderers often set it and OpenCL devices may. */
+/* Denormal results and arguments become 0 in this thread, as renderers often set it and OpenCL
+ * devices may. */
 #if defined(__x86_64__) || defined(__i386__) || defined(_M_X64)
 #define ST_CAN_FLUSH 1
-static inline void st_flush_denormals(int on) { _mm_setcsr((_mm_getcsr() & ~0x8040u) | (on ? 0x8040u : 0u)); }
+static inline void st_flush_denormals(int on) {
+    _mm_setcsr((_mm_getcsr() & ~0x8040u) | (on ? 0x8040u : 0u));
+}
 #else
 #define ST_CAN_FLUSH 0
 static inline void st_flush_denormals(int on) { (void)on; }
@@ -155,7 +178,9 @@ static inline double st_length(st_vec a) { return sqrt(st_dot(a, a)); }
 static inline st_vec st_sum(st_vec a, st_vec b, double k) {
     return st_vec3(a.x + k * b.x, a.y + k * b.y, a.z + k * b.z);
 }
-static inline st_vec st_unit(st_vec a) { return st_sum(st_vec3(0.0, 0.0, 0.0), a, 1.0 / st_length(a)); }
+static inline st_vec st_unit(st_vec a) {
+    return st_sum(st_vec3(0.0, 0.0, 0.0), a, 1.0 / st_length(a));
+}
 static inline sss_vec3 st_float(st_vec a) {
     sss_vec3 v;
     v.x = (float)a.x;
@@ -163,7 +188,18 @@ static inline sss_vec3 st_float(st_vec a) {
     v.z = (float)a.z;
     return v;
 }
-static inline st_vec st_double(sss_vec3 a) { return st_vec3((double)a.x, (double)a.y, (double)a.z); }
+static inline st_vec st_double(sss_vec3 a) {
+    return st_vec3((double)a.x, (double)a.y, (double)a.z);
+}
+
+static inline int st_same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
+/* Times 2^k. */
+static inline sss_vec3 st_scaled(sss_vec3 v, int k) {
+    v.x = ldexpf(v.x, k);
+    v.y = ldexpf(v.y, k);
+    v.z = ldexpf(v.z, k);
+    return v;
+}
 
 /* A rigid motion: world = rows * local + move. */
 typedef struct st_frame {
@@ -179,8 +215,11 @@ static inline st_frame st_motion(st_vec axis, double angle, st_vec move) { /* Ro
     f.move = move;
     return f;
 }
-static inline st_frame st_stay(void) { return st_motion(st_vec3(0.0, 0.0, 1.0), 0.0, st_vec3(0.0, 0.0, 0.0)); }
-static inline st_frame st_moved(void) { /* nothing lines up with an axis; float32 still resolves 2e-6 */
+static inline st_frame st_stay(void) {
+    return st_motion(st_vec3(0.0, 0.0, 1.0), 0.0, st_vec3(0.0, 0.0, 0.0));
+}
+static inline st_frame
+st_moved(void) { /* nothing lines up with an axis; float32 still resolves 2e-6 */
     return st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(23.0, -17.0, 11.0));
 }
 static inline st_vec st_turn(const st_frame *f, st_vec v) {
@@ -190,7 +229,9 @@ static inline st_vec st_turn_back(const st_frame *f, st_vec v) {
     st_vec a = st_sum(st_vec3(0.0, 0.0, 0.0), f->row[0], v.x);
     return st_sum(st_sum(a, f->row[1], v.y), f->row[2], v.z);
 }
-static inline st_vec st_world(const st_frame *f, st_vec v) { return st_sum(st_turn(f, v), f->move, 1.0); }
+static inline st_vec st_world(const st_frame *f, st_vec v) {
+    return st_sum(st_turn(f, v), f->move, 1.0);
+}
 static inline st_vec st_local(const st_frame *f, sss_vec3 v) {
     return st_turn_back(f, st_sum(st_double(v), f->move, -1.0));
 }
@@ -202,13 +243,14 @@ typedef struct st_profile {
     double d;             /* Burley */
     double zr, zv, s;     /* dipoles */
     double flux, fluence; /* in front of the two sums, albedo'^n / 4 pi included */
-    double cut;           /* the profile is 0 beyond: infinity, or what a plan without chords can see */
+    double cut; /* the profile is 0 beyond: infinity, or what a plan without chords can see */
 } st_profile;
 
 static inline double st_rd(const st_profile *p, double r) { /* thread-safe */
     double dr, dv;
     if (r > p->cut || p->albedo == 0.0) return 0.0;
-    if (!p->dipole) return p->albedo * (exp(-r / p->d) + exp(-r / (3.0 * p->d))) / (8.0 * ST_PI * p->d * r);
+    if (!p->dipole)
+        return p->albedo * (exp(-r / p->d) + exp(-r / (3.0 * p->d))) / (8.0 * ST_PI * p->d * r);
     dr = sqrt(r * r + p->zr * p->zr);
     dv = sqrt(r * r + p->zv * p->zv);
     return p->flux * (p->zr * (1.0 + p->s * dr) * exp(-p->s * dr) / (dr * dr * dr) +
@@ -231,10 +273,8 @@ static inline double st_radius_of_tail(const st_profile *p, double part) {
     int i;
     for (i = 0; i < 100; ++i) {
         double middle = 0.5 * (low + high);
-        if (st_tail(p, middle) > part * p->albedo)
-            low = middle;
-        else
-            high = middle;
+        if (st_tail(p, middle) > part * p->albedo) low = middle;
+        else high = middle;
     }
     return high;
 }
@@ -251,9 +291,11 @@ static inline st_profile st_burley(double albedo, double dmfp) {
 }
 /* 2 C1 and 3 C2: moments of the Fresnel reflectance met from inside, by quadrature; eta >= 1. */
 static inline void st_fresnel_moments(double eta, double *two_c1, double *three_c2) {
-    double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0, c2 = pow(critical, 3.0) / 3.0;
+    double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0,
+           c2 = pow(critical, 3.0) / 3.0;
     int i;
-    for (i = 0; i < 600; ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
+    for (i = 0; i < 600;
+         ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
         double w, x = st_node(0.0, 1.0, 200, i, &w), mu = critical + (1.0 - critical) * x * x;
         double out = sqrt(fmax(1.0 - eta * eta * (1.0 - mu * mu), 0.0));
         double rs = (eta * mu - out) / (eta * mu + out), rp = (mu - eta * out) / (mu + eta * out);
@@ -291,10 +333,8 @@ static inline st_profile st_dipole_from_albedo(double albedo, double dmfp, doubl
     for (i = 0; i < 80; ++i) {
         double middle = 0.5 * (low + high);
         p = st_dipole(exp(middle), 1.0, eta, better);
-        if (p.albedo > albedo)
-            low = middle;
-        else
-            high = middle;
+        if (p.albedo > albedo) low = middle;
+        else high = middle;
     }
     return st_dipole(exp(low) / (p.s * dmfp), 1.0 / (p.s * dmfp), eta, better);
 }
@@ -328,7 +368,8 @@ typedef struct st_hit {
 } st_hit;
 
 static inline const char *st_kind_name(st_kind kind) {
-    static const char *const names[ST_KINDS] = {"plane", "sphere", "slab", "stack", "edge", "cylinder"};
+    static const char *const names[ST_KINDS] = {"plane", "sphere", "slab",
+                                                "stack", "edge",   "cylinder"};
     return names[kind];
 }
 /* The surface that DESIGN.md's closed forms are quoted for, at d = 1. */
@@ -346,7 +387,8 @@ static inline void st_entry(const st_fixture *f, sss_vec3 *position, sss_vec3 *n
 }
 
 /* Adds a hit in the order of distance. */
-static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double t, st_vec local, st_vec normal) {
+static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double t, st_vec local,
+                            st_vec normal) {
     int i = count;
     for (; i > 0 && hits[i - 1].t > t; --i) hits[i] = hits[i - 1];
     hits[i].t = t;
@@ -356,11 +398,13 @@ static inline int st_insert(const st_fixture *f, st_hit *hits, int count, double
     hits[i].normal = st_float(st_turn(&f->frame, normal));
     return count + 1;
 }
-/* The sphere (round = 1) or cylinder (round = 0: y does not count) of radius R that touches the entry from
- * below. */
-static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double length, double round, st_hit *hits) {
+/* The sphere (round = 1) or cylinder (round = 0: y does not count) of radius R that touches the
+ * entry from below. */
+static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double length, double round,
+                               st_hit *hits) {
     double R = f->size, oz = o.z + R, a = d.x * d.x + d.z * d.z + round * d.y * d.y;
-    double b = o.x * d.x + oz * d.z + round * o.y * d.y, c = o.x * o.x + oz * oz + round * o.y * o.y - R * R;
+    double b = o.x * d.x + oz * d.z + round * o.y * d.y,
+           c = o.x * o.x + oz * oz + round * o.y * o.y - R * R;
     double q = b * b - a * c, t;
     int i, count = 0;
     if (!(a > 0.0 && q > 0.0)) return 0;
@@ -375,7 +419,8 @@ static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double l
 }
 /* All hits of a probe, nearest first; hits has ST_MAX_HITS places. Thread-safe. */
 static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *hits) {
-    st_vec o = st_local(&f->frame, probe->origin), d = st_turn_back(&f->frame, st_double(probe->direction));
+    st_vec o = st_local(&f->frame, probe->origin),
+           d = st_turn_back(&f->frame, st_double(probe->direction));
     double length = (double)probe->length, t;
     int sheets = f->kind == ST_SLAB ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, i, count = 0;
     if (f->kind == ST_SPHERE || f->kind == ST_CYLINDER)
@@ -391,17 +436,20 @@ static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *
         st_vec y;
         t = (f->size - o.x) / d.x;
         y = st_sum(o, d, t);
-        if (t >= 0.0 && t <= length && y.z <= 0.0) count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
+        if (t >= 0.0 && t <= length && y.z <= 0.0)
+            count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
     }
     return count;
 }
 
-/* ---- Integrals over the surfaces. A face is a plane, strip or sphere in polar coordinates (s, psi) about
-   the point nearest to the entry, with area s ds dpsi; a strip holds only u = s cos(psi) <= high and >= -low.
+/* ---- Integrals over the surfaces. A face is a plane, strip or sphere in polar coordinates (s,
+   psi) about the point nearest to the entry, with area s ds dpsi; a strip holds only u = s cos(psi)
+   <= high and >= -low.
    ---- */
 typedef double st_function(st_vec local, st_vec normal, const void *context);
 
-static inline void st_face_point(const st_fixture *f, int face, double s, double psi, st_vec *y, st_vec *n) {
+static inline void st_face_point(const st_fixture *f, int face, double s, double psi, st_vec *y,
+                                 st_vec *n) {
     double R = f->size, u = s * cos(psi), v = s * sin(psi);
     if (f->kind == ST_SPHERE) { /* s is the chord: the cap within it has the area pi s^2 */
         double rim = sqrt(fmax(1.0 - s * s / (4.0 * R * R), 0.0));
@@ -420,8 +468,8 @@ static inline void st_face_point(const st_fixture *f, int face, double s, double
     }
 }
 /* The sum over angles at s; half the angles, the other half mirrored. */
-static inline double st_ring(const st_fixture *f, int face, double s, double low, double high, st_function *function,
-                             const void *context) {
+static inline double st_ring(const st_fixture *f, int face, double s, double low, double high,
+                             st_function *function, const void *context) {
     double from = high < s ? acos(high / s) : 0.0, to = low < s ? acos(-low / s) : ST_PI, sum = 0.0;
     int i;
     for (i = 0; i < 48; ++i) {
@@ -434,13 +482,18 @@ static inline double st_ring(const st_fixture *f, int face, double s, double low
     }
     return sum * s;
 }
-/* The integral of a function of the profile's kind, of the given length scale, over the whole surface; about
- * 1e-6. */
-static inline double st_surface(const st_fixture *f, double scale, st_function *function, const void *context) {
-    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, face, part, i;
+/* The integral of a function of the profile's kind, of the given length scale, over the whole
+ * surface; about 1e-6. */
+static inline double st_surface(const st_fixture *f, double scale, st_function *function,
+                                const void *context) {
+    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2
+                : f->kind == ST_STACK                    ? ST_SHEETS
+                                                         : 1,
+        face, part, i;
     double sum = 0.0;
     for (face = 0; face < faces; ++face) {
-        double low = HUGE_VAL, high = HUGE_VAL, end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL, bounds[3];
+        double low = HUGE_VAL, high = HUGE_VAL,
+               end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL, bounds[3];
         if (f->kind == ST_CYLINDER) low = high = ST_PI * f->size;
         if (f->kind == ST_EDGE) high = face ? 0.0 : f->size;
         /* s = scale (t / (1 - t))^2; the strip's limit, where a root begins, ends a panel */
@@ -450,7 +503,8 @@ static inline double st_surface(const st_fixture *f, double scale, st_function *
         if (!(bounds[1] < bounds[2])) bounds[1] = 0.5 * bounds[2];
         for (part = 0; part < 2; ++part)
             for (i = 0; i < 450; ++i) {
-                double w, t = st_node(bounds[part], bounds[part + 1], 150, i, &w), q = t / (1.0 - t);
+                double w, t = st_node(bounds[part], bounds[part + 1], 150, i, &w),
+                          q = t / (1.0 - t);
                 double ds = 2.0 * scale * q / ((1.0 - t) * (1.0 - t));
                 sum += w * ds * st_ring(f, face, scale * q * q, low, high, function, context);
             }
@@ -467,7 +521,8 @@ static inline double st_light_one(st_vec y) {
 /* A spot beside the entry, and a gradient along y. Positive. */
 static inline double st_light_spot(st_vec y) {
     double dx = y.x - 0.4, dz = y.z + 0.2;
-    return 0.2 + 2.0 * exp(-4.0 * (dx * dx + y.y * y.y + dz * dz)) + 0.3 * tanh(2.0 * y.y) * tanh(2.0 * y.y);
+    return 0.2 + 2.0 * exp(-4.0 * (dx * dx + y.y * y.y + dz * dz)) +
+           0.3 * tanh(2.0 * y.y) * tanh(2.0 * y.y);
 }
 /* A shadow edge: nothing at x < -0.3. */
 static inline double st_light_shadow(st_vec y) {
@@ -492,8 +547,8 @@ static inline double st_truth(const st_fixture *f, const st_profile *p, st_light
     return st_surface(f, p->dipole ? 1.0 / (3.0 * p->s) : p->d, st_lit, &context);
 }
 
-/* The same at E = 1 for Burley's profile with A = d = 1, from closed forms in one dimension (theory, section
- * 0). */
+/* The same at E = 1 for Burley's profile with A = d = 1, from closed forms in one dimension
+ * (theory, section 0). */
 static inline double st_bessel_k0(double x) { /* the integral of e^(-x cosh t) */
     double sum = 0.5 * exp(-x), t;
     for (t = 0.03125; t < 30.0; t += 0.03125) sum += exp(-x * cosh(t));
@@ -527,12 +582,13 @@ static inline double st_closed_form(const st_fixture *f) {
     return -1.0;
 }
 
-/* ---- One lookup on a fixture. hint: NULL, or a guess of the light at `local` (the position as the header
-   sees it) for hit number `index` of lookup `seed`. Returns the number of exits. Thread-safe if hint is. ----
+/* ---- One lookup on a fixture. hint: NULL, or a guess of the light at `local` (the position as the
+   header sees it) for hit number `index` of lookup `seed`. Returns the number of exits. Thread-safe
+   if hint is. ----
  */
 typedef float st_hint(st_vec local, uint32_t seed, int index);
-static inline int st_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed,
-                            st_hint *hint, sss_exit *exits) {
+static inline int st_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
+                            uint32_t seed, st_hint *hint, sss_exit *exits) {
     sss_resampler s;
     sss_probe probe;
     sss_vec3 x, n;

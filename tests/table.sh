@@ -18,7 +18,8 @@ for script in $(grep -o '`[a-z_]*\.sh`' "$page" | tr -d '`' | sort -u); do
 done
 [ $missing = 0 ] || exit 1
 
-# What the tests of one row have printed: of each function its own lines, of each file, once, its z-scores.
+# What the tests of one row have printed: of each function its own lines, of each file, once, what it says at its end.
+# Lines that begin with blanks are details, for the logs.
 declare -A told
 figures() {
     local file functions function
@@ -26,9 +27,10 @@ figures() {
         file=${file%:}
         for function in $functions; do
             awk -v name=" - $function" '/^(ok |not ok |1\.\.)/ { if ($0 ~ name "$") printf "%s", text; text = ""; next }
+                /^ / { next }
                 { text = text $0 "\n" }' "$logs/test_$file.log"
         done
-        [ "${told[$file]:-}" ] || grep -h '^[0-9]* z-scores' "$logs/test_$file.log"
+        [ "${told[$file]:-}" ] || grep -hE '^[0-9]* (z-scores|worst errors)' "$logs/test_$file.log"
         told[$file]=1
     done < <(grep -o '`[a-z_]*: [a-z_0-9 ]*`' <<<"$1" | tr -d '`')
     for file in $(grep -o '`[a-z_]*\.sh`' <<<"$1" | tr -d '`'); do
@@ -53,7 +55,7 @@ while IFS= read -r line; do
         tests=$(cut -d'|' -f3 <<<"$line")
         figures "$tests" >"$page.new.figures"
         new=$(join <"$page.new.figures")
-        line="|$(cut -d'|' -f2 <<<"$line")|$tests| ${new:-exact} |"
+        line="|$(cut -d'|' -f2 <<<"$line")|$tests| ${new:-passed} |"
     fi
     printf '%s\n' "$line"
 done <"$page" >"$page.new" && rm -f "$page.new.figures" && mv "$page.new" "$page"

@@ -1,9 +1,10 @@
 /* The promise: without hints one hit adds to exit.weight[c] at most
        albedo[c] * live channels * 2 / (chord's share of the probes) * sup / candidates,
-   sup = 1 for Burley's profile, 3.3 for the dipoles up to eta = 2, 8.3 up to 5, on any geometry. Channels
-   without a profile (Lambert) are not live; beside them an exit also stands for the entry, which adds at most
-   albedo[c] for each of them. Searched over 1e7 random media, points and normals; that the bound is nearly reached shows that it is not vacuous.
-   No statistics: nothing here may be exceeded at all, but for the rounding of float32. */
+   sup = 1 for Burley's profile, 3.3 for the dipoles up to eta = 2, 8.3 up to 5, on any geometry.
+   Channels without a profile (Lambert) are not live; beside them an exit also stands for the entry,
+   which adds at most albedo[c] for each of them. Searched over 1e7 random media, points and
+   normals; that the bound is nearly reached shows that it is not vacuous. No statistics: nothing
+   here may be exceeded at all, but for the rounding of float32. */
 #include "sss_test.h"
 
 #define MEDIA    500
@@ -34,7 +35,8 @@ typedef struct subject {
     int live, lambert, dipole;
     char name[160];
 } subject;
-/* What a search has seen: the largest Rd / (mu * bound) and where, and the largest weight over its bound. */
+/* What a search has seen: the largest Rd / (mu * bound) and where, and the largest weight over its
+ * bound. */
 typedef struct worst {
     double ratio, weight;
     sss_vec3 x, n;
@@ -50,7 +52,8 @@ static sss_vec3 random_direction(uint64_t seed) {
  * black. */
 static void make_subject(subject *k, uint64_t seed) {
     float a[3], b[3],
-        eta = (float)(st_random(seed + 9u) < 0.7 ? 1.0 + st_random(seed + 1u) : 0.2 + 4.8 * st_random(seed + 1u));
+        eta = (float)(st_random(seed + 9u) < 0.7 ? 1.0 + st_random(seed + 1u)
+                                                 : 0.2 + 4.8 * st_random(seed + 1u));
     double spread = 9.0 * (st_random(seed + 2u) < 0.5 ? 0.0 : st_random(seed + 3u));
     int c, type = (int)(5.0 * st_random(seed + 4u));
     sss_result result;
@@ -62,22 +65,15 @@ static void make_subject(subject *k, uint64_t seed) {
         a[c] = (float)(type == 1 || type == 2 ? dark * scale : 1.0 - dark);
         b[c] = (float)(type == 1 || type == 2 ? (1.0 - dark) * scale : scale);
         if (c > 0 && st_random(t + 7u) < 0.2) {
-            if (type == 1 || type == 2)
-                b[c] = 0.0f;
-            else
-                a[c] = 0.0f;
+            if (type == 1 || type == 2) b[c] = 0.0f;
+            else a[c] = 0.0f;
         }
     }
-    if (type == 0)
-        result = sss_burley(&k->medium, a, b);
-    else if (type == 1)
-        result = sss_dipole(&k->medium, a, b, eta);
-    else if (type == 2)
-        result = sss_better_dipole(&k->medium, a, b, eta);
-    else if (type == 3)
-        result = sss_dipole_from_albedo(&k->medium, a, b, eta);
-    else
-        result = sss_better_dipole_from_albedo(&k->medium, a, b, eta);
+    if (type == 0) result = sss_burley(&k->medium, a, b);
+    else if (type == 1) result = sss_dipole(&k->medium, a, b, eta);
+    else if (type == 2) result = sss_better_dipole(&k->medium, a, b, eta);
+    else if (type == 3) result = sss_dipole_from_albedo(&k->medium, a, b, eta);
+    else result = sss_better_dipole_from_albedo(&k->medium, a, b, eta);
     assert_int_equal(result, SSS_OK);
     k->dipole = type > 0;
     k->sup = type == 0 ? 1.0 : eta <= 2.0f ? SUP_2 : SUP_5;
@@ -97,24 +93,24 @@ static void make_subject(subject *k, uint64_t seed) {
         k->narrowest = fmin(k->narrowest, length);
     }
     k->normal = random_direction(seed + 50u);
-    snprintf(k->name, sizeof k->name, "medium %d (%g %g, %g %g, %g %g) eta %g", type, (double)a[0], (double)b[0],
-             (double)a[1], (double)b[1], (double)a[2], (double)b[2], (double)eta);
+    snprintf(k->name, sizeof k->name, "medium %d (%g %g, %g %g, %g %g) eta %g", type, (double)a[0],
+             (double)b[0], (double)a[1], (double)b[1], (double)a[2], (double)b[2], (double)eta);
 }
-/* Distances over all scales, and those at which divisions go wrong; directions and normals along and across
- * axes. */
+/* Distances over all scales, and those at which divisions go wrong; directions and normals along
+ * and across axes. */
 static sss_vec3 random_point(const subject *k, uint64_t seed) {
     static const double odd[] = {0.0, (double)FLT_MIN, 1e-30, 1e-20, 1e-10};
-    double r = exp(log(1e-8 * k->narrowest) + st_random(seed) * log(1e10 * k->widest / k->narrowest));
+    double r =
+        exp(log(1e-8 * k->narrowest) + st_random(seed) * log(1e10 * k->widest / k->narrowest));
     double pick = st_random(seed + 1u), off = exp(-18.0 * st_random(seed + 2u));
     sss_vec3 d = random_direction(seed + 3u), n = k->normal;
-    if (pick < 0.05)
-        r = odd[(int)(100.0 * pick)];
-    else if (pick < 0.1)
-        r = (pick < 0.07 ? 1e-7 : 1e-6) * k->narrowest;
+    if (pick < 0.05) r = odd[(int)(100.0 * pick)];
+    else if (pick < 0.1) r = (pick < 0.07 ? 1e-7 : 1e-6) * k->narrowest;
     if (st_random(seed + 5u) < 0.5) /* close to the axis */
         d = st_float(st_unit(st_sum(st_double(n), st_double(d), off)));
     else if (st_random(seed + 6u) < 0.5) /* close to the tangent plane */
-        d = st_float(st_unit(st_sum(st_double(d), st_double(n), (off - 1.0) * st_dot(st_double(d), st_double(n)))));
+        d = st_float(st_unit(
+            st_sum(st_double(d), st_double(n), (off - 1.0) * st_dot(st_double(d), st_double(n)))));
     return st_float(st_sum(st_vec3(0.0, 0.0, 0.0), st_double(d), r));
 }
 static sss_vec3 random_normal(const subject *k, uint64_t seed) {
@@ -132,13 +128,15 @@ static double far_out(const subject *k) {
     double r = k->narrowest;
     int c;
     for (c = 0; c < 3; ++c)
-        while (k->albedo[c] > 0.0 && (double)sss_within(&k->medium, c, (float)r) < (1.0 - 5e-5) * k->albedo[c])
+        while (k->albedo[c] > 0.0 &&
+               (double)sss_within(&k->medium, c, (float)r) < (1.0 - 5e-5) * k->albedo[c])
             r *= 1.5;
     return 1.5 * r;
 }
 /* Chord's part of the probes, as a caller sees it: far out there is nothing else. */
 static double chord_share(const subject *k, sss_plan plan) {
-    sss_vec3 far = st_float(st_vec3(0.0, 0.0, far_out(k))), origin = st_float(st_vec3(0.0, 0.0, 0.0));
+    sss_vec3 far = st_float(st_vec3(0.0, 0.0, far_out(k))),
+             origin = st_float(st_vec3(0.0, 0.0, 0.0));
     sss_resampler s;
     double mixed;
     sss_begin(&s, &k->medium, &plan, origin, k->normal, 1u);
@@ -147,7 +145,8 @@ static double chord_share(const subject *k, sss_plan plan) {
     sss_begin(&s, &k->medium, &plan, origin, k->normal, 1u);
     return mixed / (double)sss_intensity(&s, far, k->normal);
 }
-static void look_up(const subject *k, const sss_plan *plan, sss_vec3 x, sss_vec3 n, double share, worst *w) {
+static void look_up(const subject *k, const sss_plan *plan, sss_vec3 x, sss_vec3 n, double share,
+                    worst *w) {
     sss_resampler s;
     sss_probe probe;
     sss_exit exit;
@@ -208,14 +207,15 @@ static void no_weight_exceeds_the_bound(void **state) {
     for (i = 0; i < MEDIA; ++i) {
         char name[300];
         const subject *k = &subjects[i];
-        snprintf(name, sizeof name, "techniques %u, M %d, %s, r %g, over its bound", sets[(size_t)i % SETS], 1 + i % 13,
-                 k->name, st_length(st_double(found[i].x)));
+        snprintf(name, sizeof name, "techniques %u, M %d, %s, r %g, over its bound",
+                 sets[(size_t)i % SETS], 1 + i % 13, k->name, st_length(st_double(found[i].x)));
         check_equal(name, found[i].bad, 0);
         check_at_most(name, found[i].ratio, 1.0 + FAR);
         check_at_most(name, found[i].weight, 1.0 + ROUNDING);
         reached[k->dipole] = fmax(reached[k->dipole], fmin(found[i].ratio, found[i].weight));
     }
-    print_message("reached: %.4f of the bound by Burley, %.4f by the dipoles\n", reached[0], reached[1]);
+    print_message("reached: %.4f of the bound by Burley, %.4f by the dipoles\n", reached[0],
+                  reached[1]);
     check_at_least("the part of the bound that Burley reaches", reached[0], 0.99);
     check_at_least("the part of the bound that the dipoles reach", reached[1], 0.9);
 }
@@ -232,7 +232,8 @@ static double sup_of(const sss_medium *m, double length) {
         float r = (float)(length * exp(log(1e-6) + i * log(1e12) / 400.0));
         double p = 2.0 * (double)sss_intensity(&s, st_float(st_vec3((double)r, 0.0, 0.0)), up);
         double rd = (double)sss_profile(m, 0, r);
-        if (rd > 1e-30) sup = fmax(sup, rd / (albedo * p)); /* below, both are about to be subnormal */
+        if (rd > 1e-30)
+            sup = fmax(sup, rd / (albedo * p)); /* below, both are about to be subnormal */
     }
     return sup;
 }
@@ -243,9 +244,10 @@ static double sup_at(int better, int way, double dark, float eta) {
     a[0] = (float)(way ? 1.0 - dark : dark);
     b[0] = (float)(way ? 1.0 : 1.0 - dark);
     if (way)
-        assert_int_equal((better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&m, a, b, eta), SSS_OK);
-    else
-        assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
+        assert_int_equal(
+            (better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&m, a, b, eta),
+            SSS_OK);
+    else assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
     return sup_of(&m, 1.0);
 }
 static void dipoles_stay_below_the_stated_sup(void **state) {

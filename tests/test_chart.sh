@@ -1,7 +1,7 @@
 #!/bin/bash
-# chart --quick does what the long one does: all rows, sane numbers; it goes on where it was interrupted;
-# the charts are drawn; and the figures of the texts are those of the rows that are kept. Its timings say
-# nothing and are not looked at. tests/test_rivals.c holds the means. Run from the top of the repository.
+# chart --quick does what the long one does: all rows, sane numbers, here of one scene and in the long run of all; it goes
+# on where it was interrupted; the charts are drawn; and the figures of the texts are those of the rows that are kept. Its
+# timings say nothing and are not looked at. tests/test_rivals.c holds the means. Run from the top of the repository.
 # SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
@@ -10,6 +10,7 @@ model=$build/model
 needs "$chart" "$model"
 csv=$work/chart.csv
 
+one_scene() { "$chart" --quick --scene slab --csv "$csv"; }
 whole_run() { "$chart" --quick --csv "$csv"; }
 
 leaves_another_machine() {
@@ -52,10 +53,10 @@ nothing_left_to_do() {
     "$chart" --quick --csv "$csv" && cmp "$csv" "$work/whole"
 }
 
-# Every scene and size, every way with all its settings, once; every field a number. The walk is the
-# truth's own model: its error goes on falling, and stays below that of Lambert where a body is thin.
+# rows_are_complete SCENES: each at each size, every way with all its settings, once; every field a number. The walk is
+# the truth's own model: its error goes on falling, and stays below that of Lambert where a body is thin.
 rows_are_complete() {
-    awk -F, '
+    awk -F, -v scenes="$1" '
         NR == 1 { if ($0 !~ /^# chart quick, program [0-9a-f]+, CPU time on /) bad = "head"; next }
         NR == 2 { for (i = 1; i <= NF; i++) column[$i] = i; columns = NF; next }
         {
@@ -72,8 +73,9 @@ rows_are_complete() {
             n[$1 " " $2]++
         }
         END {
-            split("sphere slab corner needles bear", scene, " ")
-            for (s = 1; s <= 5; s++) {
+            count = split(scenes, scene, " ")
+            if (NR != 2 + count * (131 + 77)) bad = NR - 2 " rows"
+            for (s = 1; s <= count; s++) {
                 if (n[scene[s] " 1"] != 131) bad = scene[s] ": " n[scene[s] " 1"] " rows"
                 if (n[scene[s] " 0.125"] != 77) bad = scene[s] " small: " n[scene[s] " 0.125"] " rows"
             }
@@ -84,16 +86,16 @@ rows_are_complete() {
 
 # ---- Pictures and words
 
-draw() { "$python" demos/study/chart.py "$1" "$work/chart-model.dat" "$2"; }
-
+# charts_are_drawn ROWS OUT
 charts_are_drawn() {
-    "$model" tests/data/mc_searchlight.csv "$work/chart" && draw "$csv" "$work/chart" || return 1
+    "$model" tests/data/mc_searchlight.csv "$work/chart" &&
+        "$python" demos/study/chart.py "$1" "$work/chart-model.dat" "$2" || return 1
     local name
     for name in race which hints model; do
-        [ "$(head -c 4 "$work/chart-$name.png" | tail -c 3)" = PNG ] || { echo "no chart-$name.png" && return 1; }
-        [ "$(wc -c <"$work/chart-$name.png")" -gt 10000 ] || { echo "chart-$name.png is empty" && return 1; }
+        [ "$(head -c 4 "$2-$name.png" | tail -c 3)" = PNG ] || { echo "no $2-$name.png" && return 1; }
+        [ "$(wc -c <"$2-$name.png")" -gt 10000 ] || { echo "$2-$name.png is empty" && return 1; }
     done
-    ! grep -iwE 'nan|inf' "$work/chart.md" "$work/chart-caption.md"
+    ! grep -iwE 'nan|inf' "$2.md" "$2-caption.md"
 }
 
 chart_py_refuses() {
@@ -102,7 +104,7 @@ chart_py_refuses() {
 
 # The page and the caption come from the rows, and the README quotes the caption if it shows the picture.
 texts_are_the_figures() {
-    draw demos/study/chart.csv "$work/kept" || return 1
+    charts_are_drawn demos/study/chart.csv "$work/kept" || return 1
     diff demos/study/chart.md "$work/kept.md" && diff demos/study/chart-caption.md "$work/kept-caption.md" || return 1
     grep -q 'chart-race.png' README.md || return 0
     local line
@@ -114,23 +116,28 @@ texts_are_the_figures() {
 check "chart --help" sh -c "'$chart' --help | grep -q '^usage: '"
 check "model --help" sh -c "'$model' --help | grep -q '^usage: '"
 check "model_error --help" sh -c "'${model}_error' --help | grep -q '^usage: '"
-check "all rows are measured" whole_run
-check "rows are complete and finite" rows_are_complete
+check "the rows of a scene are measured" one_scene
+check "they are complete and finite" rows_are_complete slab
 python=${PYTHON:-/usr/bin/python3}
+drawn=
 if "$python" -c 'import matplotlib, pandas' 2>/dev/null; then
-    check "the charts are drawn" charts_are_drawn
+    drawn=1
     check "chart.py refuses what it cannot read" chart_py_refuses
-    check "pages and README hold the figures of the rows" texts_are_the_figures
+    check "charts are drawn; pages and README hold the figures of the rows" texts_are_the_figures
 else
     skip "the charts are drawn" "pandas and matplotlib are not here: make setup-long"
 fi
 
 only_long_from_here
+scenes="sphere slab corner needles bear"
+check "all other rows are measured" whole_run
+check "all are complete and finite" rows_are_complete "$scenes"
+[ -z "$drawn" ] || check "the charts are drawn from them" charts_are_drawn "$csv" "$work/chart"
 check "another machine's rows are refused, and stay as they were" leaves_another_machine
 check "another kind of file is refused" refuses_another_kind
 rm "$csv"
 check "interrupted: exit code 130, the finished rows are kept" interrupted_run
 check "resumed: a torn row is cut off, the others stay" resumed_run
 check "a third run has nothing to do" nothing_left_to_do
-check "rows are complete and finite again" rows_are_complete
+check "rows are complete and finite again" rows_are_complete "$scenes"
 finish

@@ -2,8 +2,9 @@
    channels that pick the same hit share one exit, and every channel keeps the contract's mean.
 
    What the reservoirs must hold is computed here in double precision from the hits and
-   sss_intensity: W_c, the sum of light p_c / Lambda. The masses of a lookup's exits, times the light
-   there and the number of live channels, must be sums of W_c over a partition of the channels.
+   sss_intensity: W_c, the sum of light p_c / Lambda. The masses of a lookup's exits, times the
+   light there and the number of live channels, must be sums of W_c over a partition of the
+   channels.
 
    Comparisons: 38 z-scores at |z| < 5.0: the chance that a correct header fails in one of them is
    38 * 5.7e-7 = 2.2e-5. The variances that are compared differ by a factor of
@@ -55,11 +56,8 @@ static int live_of(const colours *k) {
 }
 
 /* ---- Hints ---- */
-static double noise(uint32_t seed, int index) {
-    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
-}
 static float hint_spot(st_vec y, uint32_t seed, int index) {
-    return (float)((st_light_spot(y) + 0.05) * (0.5 + noise(seed, index)));
+    return (float)((st_light_spot(y) + 0.05) * (0.5 + st_noise(seed, index)));
 }
 static float hint_shadow(st_vec y, uint32_t seed, int index) {
     (void)seed;
@@ -114,7 +112,7 @@ static void grey_media_have_one_exit(void **state) {
             ++compared;
         }
     }
-    print_message("    %ld grey lookups\n", compared);
+    print_message("%ld grey lookups\n", compared);
     check_at_least("lookups", (double)compared, 4000.0);
 }
 
@@ -143,8 +141,7 @@ static int lookup(const st_fixture *f, const colours *k, const sss_plan *plan, u
             st_vec local = st_local(&f->frame, hits[i].position);
             float light = hint ? hint(local, seed, r->hits) : 1.0f;
             double mu = (double)sss_intensity(&s, hits[i].position, hits[i].normal);
-            double distance =
-                st_length(st_sum(st_double(hits[i].position), st_double(x), -1.0));
+            double distance = st_length(st_sum(st_double(hits[i].position), st_double(x), -1.0));
 
             for (c = 0; c < 3; ++c) {
                 if (k->profile[c].albedo == 0.0) continue;
@@ -185,7 +182,8 @@ static int is_partition(const colours *k, const reservoirs *r, const sss_exit *e
 
 static void masses_are_sums_over_channels(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f};
-    static const float lengths[3][3] = {{1.0f, 0.2f, 0.04f}, {0.5f, 0.5f, 1.0f}, {1.0f, 0.9f, 0.8f}};
+    static const float lengths[3][3] = {
+        {1.0f, 0.2f, 0.04f}, {0.5f, 0.5f, 1.0f}, {1.0f, 0.9f, 0.8f}};
     static st_hint *const hints[3] = {NULL, hint_spot, hint_shadow};
     static reservoirs r;
     long exits_of[4] = {0, 0, 0, 0};
@@ -198,7 +196,8 @@ static void masses_are_sums_over_channels(void **state) {
         colours m;
         uint32_t seed;
 
-        /* A face at the depth of the sphere technique's point: there hits are left out by design. */
+        /* A face at the depth of the sphere technique's point: there hits are left out by design.
+         */
         if (f.kind == ST_SLAB) f.size = 0.83;
         make_colours(k / 27, albedo, lengths[k / 9 % 3], &m);
         for (seed = 0; seed < 60u; ++seed) {
@@ -214,10 +213,11 @@ static void masses_are_sums_over_channels(void **state) {
                 for (i = 0; i < e; ++i) assert_true(exits[i].hit != exits[e].hit);
             }
             if (!is_partition(&m, &r, exits, found))
-                fail_msg("case %d, seed %u: no sum of %.7g %.7g %.7g over channels gives the masses "
-                         "of %d exits, the first %.7g",
-                         k, seed, r.weight[0], r.weight[1], r.weight[2], found,
-                         (double)exits[0].mass * r.light[exits[0].hit] * live_of(&m));
+                fail_msg(
+                    "case %d, seed %u: no sum of %.7g %.7g %.7g over channels gives the masses "
+                    "of %d exits, the first %.7g",
+                    k, seed, r.weight[0], r.weight[1], r.weight[2], found,
+                    (double)exits[0].mass * r.light[exits[0].hit] * live_of(&m));
         }
     }
     print_message("    %ld lookups without exit, %ld with one, %ld with two, %ld with three\n",
@@ -238,12 +238,36 @@ typedef struct mean_case {
 static const mean_case means[] = {
     {ST_PLANE, BURLEY, 8, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, NULL},
     {ST_PLANE, DIPOLE, 8, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
-    {ST_SPHERE, BURLEY, 8, 0, 0u, {1.0f, 0.1f, 0.01f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
+    {ST_SPHERE,
+     BURLEY,
+     8,
+     0,
+     0u,
+     {1.0f, 0.1f, 0.01f},
+     {0.9f, 0.6f, 0.3f},
+     st_light_spot,
+     hint_spot},
     {ST_SPHERE, BETTER, 3, 0, 0u, {1.0f, 0.3f, 0.1f}, {0.9f, 0.6f, 0.3f}, st_light_one, NULL},
     {ST_SLAB, BURLEY, 8, 1, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
     {ST_SLAB, DIPOLE, 1, 0, SSS_CHORD, {1.0f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, st_light_one, NULL},
-    {ST_EDGE, BURLEY, 8, 0, 0u, {0.3f, 1.0f, 0.1f}, {0.3f, 0.9f, 0.6f}, st_light_shadow, hint_shadow},
-    {ST_STACK, BURLEY, 8, 0, 15u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
+    {ST_EDGE,
+     BURLEY,
+     8,
+     0,
+     0u,
+     {0.3f, 1.0f, 0.1f},
+     {0.3f, 0.9f, 0.6f},
+     st_light_shadow,
+     hint_shadow},
+    {ST_STACK,
+     BURLEY,
+     8,
+     0,
+     15u,
+     {1.0f, 0.2f, 0.04f},
+     {0.9f, 0.6f, 0.3f},
+     st_light_spot,
+     hint_spot},
     {ST_CYLINDER, BURLEY, 13, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, NULL},
     {ST_PLANE, BURLEY, 8, 0, 0u, {1.0f, 0.0f, 0.1f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
     {ST_SPHERE, DIPOLE, 8, 0, 0u, {0.0f, 0.0f, 0.5f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
@@ -339,7 +363,7 @@ static void colours_are_calm_for_two_exits(void **state) {
         check_at_most("exits without per_channel", one[3].mean, 1.0);
         mean += own[3].mean / 5.0;
     }
-    print_message("    %.3f exits in the mean of these\n", mean);
+    print_message("%.3f exits in the mean of these\n", mean);
     check_at_most("exits in the mean, said to be 2.0 to 2.1", mean, 2.15);
 }
 

@@ -1,14 +1,14 @@
-/* The promise: for any irradiance E, the mean over seeds of the sum over exits of weight[c] * E(exit) is the
-   integral of Rd_c E over the surface, for every plan that is called exact.
+/* The promise: for any irradiance E, the mean over seeds of the sum over exits of weight[c] *
+   E(exit) is the integral of Rd_c E over the surface, for every plan that is called exact.
 
-   Ten factors (techniques, candidates, exits, stratified or not, hints, channels, profile, surface, place,
-   light) are covered by a design in which every pair of levels meets in some case. Each case takes the number
-   of lookups that brings the standard error of each channel to 0.14 % of the truth, by the variance of a
-   pilot run with other seeds.
+   Ten factors (techniques, candidates, exits, stratified or not, hints, channels, profile, surface,
+   place, light) are covered by a design in which every pair of levels meets in some case. Each case
+   takes the number of lookups that brings the standard error of each channel to 0.14 % of the
+   truth, by the variance of a pilot run with other seeds.
 
    Comparisons: 171. At |z| < 5.0 the chance that a correct header fails somewhere in this file is
-   171 * 5.7e-7 = 1e-4. A bias of 1 % gives z = 7.1 and is seen with probability 0.98, one of 0.7 % every
-   other time. */
+   171 * 5.7e-7 = 1e-4. A bias of 1 % gives z = 7.1 and is seen with probability 0.98, one of 0.7 %
+   every other time. */
 #include "sss_test.h"
 
 #define Z_LIMIT      5.0
@@ -18,7 +18,19 @@
 #define MOST         12000000.0
 #define MAX_CASES    160
 
-enum { TECHNIQUES, CANDIDATES, EXITS, INDEPENDENT, HINT, CHANNELS, PROFILE, SURFACE, PLACE, LIGHT, FACTORS };
+enum {
+    TECHNIQUES,
+    CANDIDATES,
+    EXITS,
+    INDEPENDENT,
+    HINT,
+    CHANNELS,
+    PROFILE,
+    SURFACE,
+    PLACE,
+    LIGHT,
+    FACTORS
+};
 enum { GREY, SATURATED, BLACK_AND_LAMBERT, LAMBERT_AND_TWO };
 enum { BURLEY, DIPOLE, BETTER };
 static const int levels[FACTORS] = {8, 7, 3, 2, 5, 4, 3, ST_KINDS, 2, 3};
@@ -34,37 +46,46 @@ static const int candidate_counts[] = {1, 2, 3, 7, 8, 13, 64};
 static const int exit_counts[] = {1, 2, 4};
 static st_light *const lights[] = {st_light_one, st_light_spot, st_light_shadow};
 
-/* ---- Hints: one function for each pair of hint and light, since a hint is a plain function ---- */
-static double noise(uint32_t seed, int index) { return st_random(((uint64_t)seed << 16) + (uint64_t)index); }
+/* ---- Hints: one function for each pair of hint and light, since a hint is a plain function ----
+ */
 static float hint_correlated(double light, uint32_t seed, int index) {
-    return (float)((light + 0.05) * (0.5 + noise(seed, index)));
+    return (float)((light + 0.05) * (0.5 + st_noise(seed, index)));
 }
 static float hint_random(double light, uint32_t seed, int index) {
     (void)light;
-    return (float)exp2(2.0 * noise(seed, index) - 1.0);
+    return (float)exp2(2.0 * st_noise(seed, index) - 1.0);
 }
 /* A unit of its own for each lookup, 2^-20 to 2^20, and 2^-20 of it in the shadow. */
 static float hint_wide(double light, uint32_t seed, int index) {
     double unit = exp2(40.0 * st_random((uint64_t)seed + 12345u) - 20.0);
-    return (float)(fmax(light, 9.5e-7) * unit * (0.5 + noise(seed, index)));
+    return (float)(fmax(light, 9.5e-7) * unit * (0.5 + st_noise(seed, index)));
 }
 static float hint_exact(double light, uint32_t seed, int index) { /* 0 just where E is */
     (void)seed;
     (void)index;
     return (float)light;
 }
-#define HINTS(name)                                                                                                    \
-    static float name##_one(st_vec y, uint32_t seed, int i) { return name(st_light_one(y), seed, i); }                 \
-    static float name##_spot(st_vec y, uint32_t seed, int i) { return name(st_light_spot(y), seed, i); }               \
-    static float name##_shadow(st_vec y, uint32_t seed, int i) { return name(st_light_shadow(y), seed, i); }
+#define HINTS(name)                                                                                \
+    static float name##_one(st_vec y, uint32_t seed, int i) {                                      \
+        return name(st_light_one(y), seed, i);                                                     \
+    }                                                                                              \
+    static float name##_spot(st_vec y, uint32_t seed, int i) {                                     \
+        return name(st_light_spot(y), seed, i);                                                    \
+    }                                                                                              \
+    static float name##_shadow(st_vec y, uint32_t seed, int i) {                                   \
+        return name(st_light_shadow(y), seed, i);                                                  \
+    }
 HINTS(hint_correlated)
 HINTS(hint_random)
 HINTS(hint_wide)
 HINTS(hint_exact)
-#define NAMES(name)                                                                                                    \
+#define NAMES(name)                                                                                \
     { name##_one, name##_spot, name##_shadow }
-static st_hint *const hints[5][3] = {
-    {NULL, NULL, NULL}, NAMES(hint_correlated), NAMES(hint_random), NAMES(hint_wide), NAMES(hint_exact)};
+static st_hint *const hints[5][3] = {{NULL, NULL, NULL},
+                                     NAMES(hint_correlated),
+                                     NAMES(hint_random),
+                                     NAMES(hint_wide),
+                                     NAMES(hint_exact)};
 
 /* ---- Cases ---- */
 typedef struct contract_case {
@@ -80,19 +101,21 @@ typedef struct contract_case {
     char name[200];
 } contract_case;
 
-static void make_channel(contract_case *k, int c, float albedo, float length, float *a, float *dmfp) {
+static void make_channel(contract_case *k, int c, float albedo, float length, float *a,
+                         float *dmfp) {
     int type = k->level[PROFILE];
     a[c] = albedo;
     dmfp[c] = type == BURLEY ? (float)st_burley_s((double)albedo) * length : 0.8f * length;
     k->profile[c] = st_nothing();
     k->albedo[c] = length > 0.0f ? 0.0 : (double)albedo;
     if (albedo == 0.0f || length == 0.0f) return;
-    if (type == BURLEY)
-        k->profile[c] = st_burley((double)albedo, (double)dmfp[c]);
+    if (type == BURLEY) k->profile[c] = st_burley((double)albedo, (double)dmfp[c]);
     else
-        k->profile[c] = st_dipole_from_albedo((double)albedo, (double)dmfp[c], (double)1.3f, type == BETTER);
+        k->profile[c] =
+            st_dipole_from_albedo((double)albedo, (double)dmfp[c], (double)1.3f, type == BETTER);
 }
-/* The dipoles of a medium with three live channels come from their coefficients, the others from the albedo.
+/* The dipoles of a medium with three live channels come from their coefficients, the others from
+ * the albedo.
  */
 static void make_coefficients(contract_case *k, const float *length) {
     float sigma_a[3], sigma_s[3];
@@ -102,10 +125,12 @@ static void make_coefficients(contract_case *k, const float *length) {
         sigma_s[c] = 3.0f / length[c];
         k->profile[c] = st_dipole((double)sigma_a[c], (double)sigma_s[c], (double)1.3f, better);
     }
-    assert_int_equal((better ? sss_better_dipole : sss_dipole)(&k->medium, sigma_a, sigma_s, 1.3f), SSS_OK);
+    assert_int_equal((better ? sss_better_dipole : sss_dipole)(&k->medium, sigma_a, sigma_s, 1.3f),
+                     SSS_OK);
 }
 static void make_medium(contract_case *k) {
-    static const float albedos[4][3] = {{0.9f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, {0.8f, 0.0f, 0.6f}, {0.5f, 0.9f, 0.3f}};
+    static const float albedos[4][3] = {
+        {0.9f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, {0.8f, 0.0f, 0.6f}, {0.5f, 0.9f, 0.3f}};
     static const float lengths[4][3] = {
         {1.0f, 1.0f, 1.0f}, {1.0f, 0.1f, 0.01f}, {1.0f, 1.0f, 0.0f}, {0.0f, 1.0f, 0.1f}};
     const float *length = lengths[k->level[CHANNELS]];
@@ -113,10 +138,10 @@ static void make_medium(contract_case *k) {
     int c, type = k->level[PROFILE];
     sss_result result;
     for (c = 0; c < 3; ++c) make_channel(k, c, albedos[k->level[CHANNELS]][c], length[c], a, dmfp);
-    if (type == BURLEY)
-        result = sss_burley(&k->medium, a, dmfp);
+    if (type == BURLEY) result = sss_burley(&k->medium, a, dmfp);
     else
-        result = (type == BETTER ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&k->medium, a, dmfp, 1.3f);
+        result = (type == BETTER ? sss_better_dipole_from_albedo
+                                 : sss_dipole_from_albedo)(&k->medium, a, dmfp, 1.3f);
     assert_int_equal(result, SSS_OK);
     if (type != BURLEY && k->level[CHANNELS] <= SATURATED) make_coefficients(k, length);
 }
@@ -125,11 +150,13 @@ static void cut_profiles(contract_case *k) {
     double widest = 0.0;
     int c;
     for (c = 0; c < 3; ++c)
-        if (k->profile[c].albedo > 0.0) widest = fmax(widest, st_radius_of_tail(&k->profile[c], 1e-4));
+        if (k->profile[c].albedo > 0.0)
+            widest = fmax(widest, st_radius_of_tail(&k->profile[c], 1e-4));
     for (c = 0; c < 3; ++c) k->profile[c].cut = widest;
 }
 static void make_case(contract_case *k) {
-    static const char *const channels[] = {"grey", "saturated", "live, black, Lambert", "Lambert, live, live"};
+    static const char *const channels[] = {"grey", "saturated", "live, black, Lambert",
+                                           "Lambert, live, live"};
     static const char *const profiles[] = {"Burley", "dipole", "better dipole"};
     static const char *const hint_names[] = {"none", "correlated", "random", "wide", "exact"};
     int c;
@@ -143,9 +170,11 @@ static void make_case(contract_case *k) {
     k->hint = hints[k->level[HINT]][k->level[LIGHT]];
     if (k->plan.techniques == (SSS_DISK | SSS_DISK_TANGENTS)) cut_profiles(k);
     for (c = 0; c < 3; ++c)
-        k->truth[c] = st_truth(&k->fixture, &k->profile[c], k->light) + k->albedo[c] * k->light(st_vec3(0.0, 0.0, 0.0));
-    snprintf(k->name, sizeof k->name, "techniques %u, M %d, N %d, %s, hint %s, %s, %s, %s %s, light %d",
-             k->plan.techniques, k->plan.candidates, k->plan.exits, k->plan.independent ? "independent" : "stratified",
+        k->truth[c] = st_truth(&k->fixture, &k->profile[c], k->light) +
+                      k->albedo[c] * k->light(st_vec3(0.0, 0.0, 0.0));
+    snprintf(k->name, sizeof k->name,
+             "techniques %u, M %d, N %d, %s, hint %s, %s, %s, %s %s, light %d", k->plan.techniques,
+             k->plan.candidates, k->plan.exits, k->plan.independent ? "independent" : "stratified",
              hint_names[k->level[HINT]], channels[k->level[CHANNELS]], profiles[k->level[PROFILE]],
              st_kind_name(k->fixture.kind), k->level[PLACE] ? "moved" : "at rest", k->level[LIGHT]);
 }
@@ -199,12 +228,14 @@ static void clear_levels(int *level) {
 /* About how long a case takes, in no unit: the design prefers cheap ones. */
 static double cost(const int *level) {
     static const double found[ST_KINDS] = {0.75, 0.6, 1.4, 7.3, 0.6, 0.5};
-    static const double hint[] = {1.0, 0.7, 1.4, 0.7, 0.5}, light[] = {0.2, 0.4, 0.8}, source[] = {1.5, 3.0, 2.0, 3.0};
+    static const double hint[] = {1.0, 0.7, 1.4, 0.7, 0.5}, light[] = {0.2, 0.4, 0.8},
+                        source[] = {1.5, 3.0, 2.0, 3.0};
     static const double pick[] = {0.1, 1.8, 0.8, 1.2};
     double m = candidate_counts[level[CANDIDATES]], n = exit_counts[level[EXITS]];
     double hits = found[level[SURFACE]] * (level[PROFILE] == BURLEY ? 1.0 : 1.5);
-    double variance = (source[level[CHANNELS]] + light[level[LIGHT]]) / m +
-                      hint[level[HINT]] * (pick[level[CHANNELS]] + light[level[LIGHT]]) / fmin(m, n);
+    double variance =
+        (source[level[CHANNELS]] + light[level[LIGHT]]) / m +
+        hint[level[HINT]] * (pick[level[CHANNELS]] + light[level[LIGHT]]) / fmin(m, n);
     return (1.0 + m * (1.0 + 1.2 * hits)) * variance;
 }
 static int make_design(contract_case *found) {
@@ -224,19 +255,22 @@ static int make_design(contract_case *found) {
             }
         }
         for (a = 0; a < FACTORS; ++a)
-            for (b = a + 1; b < FACTORS; ++b) covered[a][b][found[count].level[a]][found[count].level[b]] = 1;
+            for (b = a + 1; b < FACTORS; ++b)
+                covered[a][b][found[count].level[a]][found[count].level[b]] = 1;
     }
     return count;
 }
 
 /* ---- Running ---- */
-static void run_block(const contract_case *k, uint32_t name, uint32_t first, uint32_t count, st_stat *stats) {
+static void run_block(const contract_case *k, uint32_t name, uint32_t first, uint32_t count,
+                      st_stat *stats) {
     sss_exit exits[SSS_MAX_EXITS];
     uint32_t i;
     int c, e;
     memset(stats, 0, 3 * sizeof *stats);
     for (i = 0; i < count; ++i) {
-        int n = st_lookup(&k->fixture, &k->medium, &k->plan, sss_hash(name, first + i), k->hint, exits);
+        int n =
+            st_lookup(&k->fixture, &k->medium, &k->plan, sss_hash(name, first + i), k->hint, exits);
         double sum[3] = {0.0, 0.0, 0.0};
         for (e = 0; e < n; ++e) {
             double light = k->light(st_local(&k->fixture.frame, exits[e].position));
@@ -262,16 +296,18 @@ static void check_case(const contract_case *k, int index) {
     int c, blocks;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index, PILOT / BLOCK, pilot);
     for (c = 0; c < 3; ++c)
-        if (k->truth[c] > 0.0) need = fmax(need, st_variance(&pilot[c]) / pow(st_bluntness() * TARGET_ERROR * k->truth[c], 2.0));
+        if (k->truth[c] > 0.0)
+            need = fmax(need, st_variance(&pilot[c]) /
+                                  pow(st_bluntness() * TARGET_ERROR * k->truth[c], 2.0));
     blocks = (int)(fmin(need, MOST) / BLOCK) + 1;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index + 1u, blocks, total);
     for (c = 0; c < 3; ++c) {
         char name[240];
         snprintf(name, sizeof name, "channel %d of: %s", c, k->name);
-        if (k->truth[c] == 0.0)
-            check_at_most(name, total[c].mean, 0.0);
+        if (k->truth[c] == 0.0) check_at_most(name, total[c].mean, 0.0);
         else
-            check_z(name, total[c].mean, st_error(&total[c]), k->truth[c], 2e-5 * k->truth[c], Z_LIMIT);
+            check_z(name, total[c].mean, st_error(&total[c]), k->truth[c], 2e-5 * k->truth[c],
+                    Z_LIMIT);
     }
 }
 static contract_case cases[MAX_CASES];
@@ -288,8 +324,12 @@ static int set_up(void **state) {
 }
 
 static void fixtures_agree_with_closed_forms(void **state) {
-    static const double theory[ST_KINDS] = {
-        1.0, 0.58110333991640281, 1.6293683432232025, 6.4456806163299854, 1.0575796767025040, 0.57549825590427322};
+    static const double theory[ST_KINDS] = {1.0,
+                                            0.58110333991640281,
+                                            1.6293683432232025,
+                                            6.4456806163299854,
+                                            1.0575796767025040,
+                                            0.57549825590427322};
     st_profile p = st_burley(1.0, st_burley_s(1.0));
     int i;
     (void)state;
@@ -306,7 +346,6 @@ static void mean_of_exits_is_the_integral(void **state) {
 }
 
 /* ---- What an exit is ---- */
-static int same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
 
 typedef struct hit_list {
     int count;
@@ -340,13 +379,15 @@ static void check_exit(const contract_case *k, const hit_list *list, const sss_e
     int i, c, lambert;
     st_entry(&k->fixture, &x, &n);
     check_near(k->name, length, 1.0, 1e-6);
-    lambert = same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
+    lambert = st_same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
     for (c = 0; c < 3; ++c)
-        if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0) check_equal(k->name, exit->weight[c] != 0.0f, 0);
+        if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0)
+            check_equal(k->name, exit->weight[c] != 0.0f, 0);
     if (lambert) return;
     for (i = 0; i < list->count; ++i)
-        if (same_bits(list->position[i], exit->position)) {
-            check_near(k->name, st_dot(st_double(list->normal[i]), st_double(exit->normal)), 1.0, 1e-6);
+        if (st_same_bits(list->position[i], exit->position)) {
+            check_near(k->name, st_dot(st_double(list->normal[i]), st_double(exit->normal)), 1.0,
+                       1e-6);
             return;
         }
     fail_msg("%s: the exit is none of the hits", k->name);
@@ -364,7 +405,8 @@ static void exits_are_distinct_hits(void **state) {
             if (n < 0 || n > k->plan.exits) fail_msg("%s: %d exits", k->name, n);
             for (e = 0; e < n; ++e) {
                 check_exit(k, &list, &exits[e]);
-                for (d = 0; d < e; ++d) check_equal(k->name, same_bits(exits[d].position, exits[e].position), 0);
+                for (d = 0; d < e; ++d)
+                    check_equal(k->name, st_same_bits(exits[d].position, exits[e].position), 0);
             }
         }
     }

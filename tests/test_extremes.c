@@ -1,11 +1,13 @@
-/* The promise: the ends of what is allowed are like the middle. Lengths over 24 orders of magnitude, albedo 1, indices
-   of refraction from 0.2 to 5, saturated colours, an entry far from the origin, 1 and 256 candidates, all exits: the
-   mean over seeds is the integral, and no channel is noisier than the target of all channels makes it. (Identical picks
-   at scales 2^-40 to 2^40: test_invariance.c. No NaN, no infinity, the bound: test_fuzz.c.)
+/* The promise: the ends of what is allowed are like the middle. Lengths over 24 orders of
+   magnitude, albedo 1, indices of refraction from 0.2 to 5, saturated colours, an entry far from
+   the origin, 1 and 256 candidates, all exits: the mean over seeds is the integral, and no channel
+   is noisier than the target of all channels makes it. (Identical picks at scales 2^-40 to 2^40:
+   test_invariance.c. No NaN, no infinity, the bound: test_fuzz.c.)
 
-   On a plane at E = 1 the integral is the albedo. Comparisons of means: 162. At |z| < 5.0 the chance that a correct
-   header fails here is 162 * 5.7e-7 = 1e-4. The least sharp sees a bias of 1.3 % every other time and one of 2 %
-   always. */
+   On a plane at E = 1 the integral is the albedo. Comparisons of means: 162. At |z| < 5.0 the
+   chance that a correct header fails here is 162 * 5.7e-7 = 1e-4. The least sharp sees a bias
+   of 1.3 % every other time and one of 2 % always; in make test, which takes a quarter of the
+   lookups, twice that. */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.0
@@ -27,52 +29,54 @@ typedef struct means {
     int bad;             // weights that are not finite or negative
 } means;
 
-static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l, uint32_t first,
-                      int lookups, means *to) {
+static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
+                      const lighting *l, uint32_t first, int lookups, means *to) {
     sss_exit exits[SSS_MAX_EXITS];
     int i, e, c;
     memset(to, 0, sizeof *to);
     for (i = 0; i < lookups; ++i) {
-        int n = st_lookup(f, m, plan, sss_hash(TEST_SEED + (uint32_t)measured, first + (uint32_t)i), l->hint, exits);
+        int n = st_lookup(f, m, plan, sss_hash(TEST_SEED + (uint32_t)measured, first + (uint32_t)i),
+                          l->hint, exits);
         for (c = 0; c < 3; ++c) {
             double sum = 0.0;
             for (e = 0; e < n; ++e) {
                 to->bad += !(exits[e].weight[c] >= 0.0f && exits[e].weight[c] <= FLT_MAX);
-                sum += (double)exits[e].weight[c] * l->light(st_local(&f->frame, exits[e].position));
+                sum +=
+                    (double)exits[e].weight[c] * l->light(st_local(&f->frame, exits[e].position));
             }
             st_add(&to->channel[c], sum);
         }
     }
 }
-static double relative_variance(const st_stat *s) { return st_variance(s) / (s->mean * s->mean); }
-static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l, int lookups) {
+static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l,
+                 int lookups) {
     static means blocks[BLOCKS];
     means all;
-    int b, c;
+    int b, c, each = st_samples(lookups) / BLOCKS;
     ++measured;
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b)
-        run_block(f, m, plan, l, (uint32_t)(b * (lookups / BLOCKS)), lookups / BLOCKS, &blocks[b]);
+    for (b = 0; b < BLOCKS; ++b) run_block(f, m, plan, l, (uint32_t)(b * each), each, &blocks[b]);
     memset(&all, 0, sizeof all);
     for (b = 0; b < BLOCKS; ++b) {
         all.bad += blocks[b].bad;
         for (c = 0; c < 3; ++c) {
             st_merge(&all.channel[c], &blocks[b].channel[c]);
-            st_add(&all.variance[c], relative_variance(&blocks[b].channel[c]));
+            st_add(&all.variance[c], st_relative_variance(&blocks[b].channel[c]));
         }
     }
     return all;
 }
 /* The means of a plane's lookups are the medium's albedos; `rounding` is relative. */
-static void check_plane(const char *name, const sss_medium *m, const sss_plan *plan, st_frame frame, double rounding,
-                        int lookups) {
+static void check_plane(const char *name, const sss_medium *m, const sss_plan *plan, st_frame frame,
+                        double rounding, int lookups) {
     st_fixture plane = st_standard(ST_PLANE, frame);
     means all = run(&plane, m, plan, &everywhere, lookups);
     int c;
     check_equal(name, all.bad, 0);
     for (c = 0; c < 3; ++c) {
         double albedo = (double)m->albedo[c];
-        check_z(name, all.channel[c].mean, st_error(&all.channel[c]), albedo, rounding * albedo, Z_LIMIT);
+        check_z(name, all.channel[c].mean, st_error(&all.channel[c]), albedo, rounding * albedo,
+                Z_LIMIT);
     }
 }
 typedef sss_result constructor(sss_medium *m, const float a[3], const float b[3], float eta);
@@ -80,7 +84,8 @@ static sss_result burley(sss_medium *m, const float a[3], const float b[3], floa
     (void)eta;
     return sss_burley(m, a, b);
 }
-static constructor *const by_albedo[3] = {burley, sss_dipole_from_albedo, sss_better_dipole_from_albedo};
+static constructor *const by_albedo[3] = {burley, sss_dipole_from_albedo,
+                                          sss_better_dipole_from_albedo};
 static const char *const names[3] = {"Burley", "dipole", "better dipole"};
 
 static sss_medium grey(int type, float albedo, float length, float eta) {
@@ -101,10 +106,12 @@ static void lengths_over_24_orders_of_magnitude(void **state) {
             check_plane(names[type], &m, &standard, st_stay(), 1e-5, 64000);
         }
 }
-/* In one medium. Chords take all of the 24 orders of magnitude; the lines of spheres are as wide as the widest channel,
-   and float32 puts their hits at 1e-7 of that. So the default plan is good for lengths 1e5 apart. */
+/* In one medium. Chords take all of the 24 orders of magnitude; the lines of spheres are as wide as
+   the widest channel, and float32 puts their hits at 1e-7 of that. So the default plan is good for
+   lengths 1e5 apart. */
 static void lengths_far_apart(void **state) {
-    static const float albedo[3] = {0.9f, 0.5f, 0.7f}, all[3] = {1e12f, 1.0f, 1e-12f}, some[3] = {1e12f, 3e9f, 1e7f};
+    static const float albedo[3] = {0.9f, 0.5f, 0.7f}, all[3] = {1e12f, 1.0f, 1e-12f},
+                       some[3] = {1e12f, 3e9f, 1e7f};
     const sss_plan chords = {8, 1, SSS_CHORD, 0, 0, 0};
     int type;
     (void)state;
@@ -116,9 +123,9 @@ static void lengths_far_apart(void **state) {
         check_plane(names[type], &m, &standard, st_stay(), 1e-5, 320000);
     }
 }
-/* One exit drawn exactly from the mean of three channels has in each of them a relative variance of at most 1/q - 1 =
-   2, q = 1/3 the channel's part. M candidates add 1 / M of what one candidate has above that (Talbot et al. 2005),
-   which is measured too. */
+/* One exit drawn exactly from the mean of three channels has in each of them a relative variance of
+   at most 1/q - 1 = 2, q = 1/3 the channel's part. M candidates add 1 / M of what one candidate has
+   above that (Talbot et al. 2005), which is measured too. */
 static void saturated_colours(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, length[3] = {10.0f, 0.1f, 0.001f};
     const st_fixture plane = st_standard(ST_PLANE, st_stay());
@@ -133,9 +140,11 @@ static void saturated_colours(void **state) {
         single = run(&plane, &m, &one, &everywhere, 320000);
         all = run(&plane, &m, &standard, &everywhere, 320000);
         for (c = 0; c < 3; ++c) {
-            double v1 = single.variance[c].mean, v8 = all.variance[c].mean, error = st_error(&all.variance[c]);
-            print_message("    %s, length %g: relative variance %.3f +- %.3f, of one candidate %.2f\n", names[type],
-                          (double)length[c], v8, error, v1);
+            double v1 = single.variance[c].mean, v8 = all.variance[c].mean,
+                   error = st_error(&all.variance[c]);
+            print_message(
+                "    %s, length %g: relative variance %.3f +- %.3f, of one candidate %.2f\n",
+                names[type], (double)length[c], v8, error, v1);
             check_at_most("relative variance of a saturated channel", v8,
                           2.0 + fmax(v1 - 2.0, 0.0) / 8.0 +
                               Z_LIMIT * hypot(error, st_error(&single.variance[c]) / 8.0));
@@ -166,8 +175,9 @@ static void indices_of_refraction(void **state) {
             check_plane(names[type], &m, &standard, st_stay(), 1e-5, 64000);
         }
 }
-/* float32 resolves 2^-7 there, hits are off by half of it. Those nearer than 16 such errors, which is `within` of the
-   light, weigh anything up to the bound, here 8 albedos; of the others the errors average out. */
+/* float32 resolves 2^-7 there, hits are off by half of it. Those nearer than 16 such errors, which
+   is `within` of the light, weigh anything up to the bound, here 8 albedos; of the others the
+   errors average out. */
 static void far_from_the_origin(void **state) {
     const st_frame far = st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(1e5, -1e5, 1e5));
     int type;
@@ -198,13 +208,20 @@ static void many_and_few(void **state) {
         }
 }
 
-/* ---- Light that vanishes: the half plane x > 0 is bright. A hint of 0 drops a hit, which is exact where no light
-   comes; where light comes it is lost, and a comparison with the truth sees it. ---- */
+/* ---- Light that vanishes: the half plane x > 0 is bright. A hint of 0 drops a hit, which is exact
+   where no light comes; where light comes it is lost, and a comparison with the truth sees it. ----
+ */
 static double half_lit(st_vec y) { return y.x > 0.0 ? 1.0 : 0.0; }
 static double mostly_lit(st_vec y) { return y.x > 0.0 ? 1000.0 : 1.0; }
-static float told_right(st_vec y, uint32_t seed, int i) { return (void)seed, (void)i, y.x > 0.0 ? 1.0f : 0.0f; }
-static float told_wrong(st_vec y, uint32_t seed, int i) { return (void)seed, (void)i, y.x > 0.0 ? 0.0f : 1.0f; }
-static float told_nothing(st_vec y, uint32_t seed, int i) { return (void)y, (void)seed, (void)i, 0.0f; }
+static float told_right(st_vec y, uint32_t seed, int i) {
+    return (void)seed, (void)i, y.x > 0.0 ? 1.0f : 0.0f;
+}
+static float told_wrong(st_vec y, uint32_t seed, int i) {
+    return (void)seed, (void)i, y.x > 0.0 ? 0.0f : 1.0f;
+}
+static float told_nothing(st_vec y, uint32_t seed, int i) {
+    return (void)y, (void)seed, (void)i, 0.0f;
+}
 
 static void light_that_vanishes(void **state) {
     static const struct {
@@ -229,10 +246,11 @@ static void light_that_vanishes(void **state) {
                 plan.exits = exits;
                 all = run(&plane, &m, &plan, &cases[i].lighting, 64000);
                 check_equal(cases[i].name, all.bad, 0);
-                check_z(cases[i].name, all.channel[0].mean, st_error(&all.channel[0]), cases[i].expected * albedo, 1e-5,
-                        Z_LIMIT);
+                check_z(cases[i].name, all.channel[0].mean, st_error(&all.channel[0]),
+                        cases[i].expected * albedo, 1e-5, Z_LIMIT);
                 z = fabs(all.channel[0].mean - cases[i].truth * albedo) / st_error(&all.channel[0]);
-                if (i > 0 && !(z > Z_LIMIT)) fail_msg("%s: light was lost, and z is %.2f", cases[i].name, z);
+                if (i > 0 && !(z > Z_LIMIT))
+                    fail_msg("%s: light was lost, and z is %.2f", cases[i].name, z);
             }
 }
 

@@ -1,9 +1,10 @@
-/* The promise: the known ways in which sampling of subsurface scattering fails do not fail here. These are the ones
-   that no other file holds; tests/README.md says which test answers which.
+/* The promise: the known ways in which sampling of subsurface scattering fails do not fail here.
+   These are the ones that no other file holds; tests/README.md says which test answers which.
 
-   Comparisons: 21 z-scores at |z| < 5.0, 10 distributions at sqrt(n) D < 2.6: the chance that a correct header fails
-   somewhere in this file is 21 * 5.7e-7 + 10 * 2.7e-6 = 4e-5. The rest is exact, or a bound that follows from the bound
-   of the weights; where a limit is not from theory it says where from. */
+   Comparisons: 21 z-scores at |z| < 5.0, 10 distributions at sqrt(n) D < 2.6: the chance that a
+   correct header fails somewhere in this file is 21 * 5.7e-7 + 10 * 2.7e-6 = 4e-5. The rest is
+   exact, or a bound that follows from the bound of the weights; where a limit is not from theory it
+   says where from. */
 #define SSS_MAX_CANDIDATES 65534 /* the most that may be set; it costs nothing */
 #include "sss_test.h"
 
@@ -31,11 +32,10 @@ static sss_medium dipole(int better, double sigma_a, double sigma_s, float eta) 
     assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
     return m;
 }
-static double relative_variance(const st_stat *s) { return st_variance(s) / (s->mean * s->mean); }
 
 /* Many lookups; the sum over exits of weight times light, each channel for itself. */
-static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light, st_hint *hint,
-                uint32_t name, int lookups, st_stat *total) {
+static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
+                st_hint *hint, uint32_t name, int lookups, st_stat *total) {
     static st_stat stats[BLOCKS][3];
     int b, c, each = lookups / BLOCKS;
 #pragma omp parallel for schedule(dynamic)
@@ -48,7 +48,8 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
             double sum[3] = {0.0, 0.0, 0.0};
             for (e = 0; e < n; ++e)
                 for (k = 0; k < 3; ++k)
-                    sum[k] += (double)exits[e].weight[k] * light(st_local(&f->frame, exits[e].position));
+                    sum[k] +=
+                        (double)exits[e].weight[k] * light(st_local(&f->frame, exits[e].position));
             for (k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
         }
     }
@@ -59,8 +60,9 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
 
 /* ---- Profiles ---- */
 
-/* The difference of the better dipole's two waves, and the expm1 that stands in for it: over seven decades of r the
-   relative error stays below 1e-5, of which 2e-6 is arithmetic and the rest the rounding of the exponent. */
+/* The difference of the better dipole's two waves, and the expm1 that stands in for it: over seven
+   decades of r the relative error stays below 1e-5, of which 2e-6 is arithmetic and the rest the
+   rounding of the exponent. */
 static void dipoles_do_not_cancel(void **state) {
     static const double dark[] = {0.25, 0.01, 1e-6}; /* 1 - albedo' */
     double worst = 0.0;
@@ -69,23 +71,25 @@ static void dipoles_do_not_cancel(void **state) {
     for (better = 0; better < 2; ++better)
         for (i = 0; i < 3; ++i) {
             sss_medium m = dipole(better, dark[i], 1.0 - dark[i], 1.4f);
-            st_profile p = st_dipole((double)(float)dark[i], (double)(float)(1.0 - dark[i]), (double)1.4f, better);
+            st_profile p = st_dipole((double)(float)dark[i], (double)(float)(1.0 - dark[i]),
+                                     (double)1.4f, better);
             for (k = 0; k <= 1400; ++k) {
                 float r = (float)(p.zr * pow(10.0, -3.0 + k / 200.0));
                 double exact = st_rd(&p, (double)r), error;
-                if (p.s * hypot((double)r, p.zv) > 69.0) break; /* beyond 70 the profile is said to stay as it is */
+                if (p.s * hypot((double)r, p.zv) > 69.0)
+                    break; /* beyond 70 the profile is said to stay as it is */
                 error = fabs((double)sss_profile(&m, 0, r) / exact - 1.0);
                 worst = error <= worst ? worst : error;
                 ++compared;
             }
         }
-    print_message("    %d radii, worst relative error %.2g\n", compared, worst);
+    print_message("%d radii, worst relative error %.2g\n", compared, worst);
     check_at_most("relative error of the dipoles", worst, 1e-5);
     check_at_least("radii compared", compared, 6000.0);
 }
 
-/* Without absorption a dipole falls as 1/r^3: an exponential proposal has a relative variance of 45 at albedo' = 1 -
-   1e-6. Here Rd / (A P) <= SUP, so that E[w^2] <= SUP A E[w]. */
+/* Without absorption a dipole falls as 1/r^3: an exponential proposal has a relative variance of 45
+   at albedo' = 1 - 1e-6. Here Rd / (A P) <= SUP, so that E[w^2] <= SUP A E[w]. */
 static void albedo_near_one_stays_calm(void **state) {
     static const double dark[] = {1e-2, 1e-4, 1e-6, 0.0};
     const sss_plan plan = {1, 1, SSS_DISK, 1, 0, 0};
@@ -98,12 +102,15 @@ static void albedo_near_one_stays_calm(void **state) {
             sss_medium m = dipole(better, dark[i], 1.0 - dark[i], 1.4f);
             double albedo = (double)m.albedo[0];
             st_stat got[3];
-            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + (uint32_t)(10 * better + i), 400000, got);
-            check_z("mean of disk probes", got[0].mean, st_error(&got[0]), (1.0 - 1e-4) * albedo, 1e-5, Z_LIMIT);
-            check_at_most("relative variance of disk probes", relative_variance(&got[0]), SUP - 1.0);
-            worst = fmax(worst, relative_variance(&got[0]));
+            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + (uint32_t)(10 * better + i), 400000,
+                got);
+            check_z("mean of disk probes", got[0].mean, st_error(&got[0]), (1.0 - 1e-4) * albedo,
+                    1e-5, Z_LIMIT);
+            check_at_most("relative variance of disk probes", st_relative_variance(&got[0]),
+                          SUP - 1.0);
+            worst = fmax(worst, st_relative_variance(&got[0]));
         }
-    print_message("    worst relative variance %.2f, limit %.2f\n", worst, SUP - 1.0);
+    print_message("worst relative variance %.2f, limit %.2f\n", worst, SUP - 1.0);
 }
 
 /* ---- Radii have the distribution that the density says, from end to end ---- */
@@ -114,7 +121,8 @@ static int compare_doubles(const void *a, const void *b) {
 /* What lies beyond r: of disks about the normal, or of the spheres of chords. */
 static double beyond_burley(double d, int chord, double r) {
     double t = r / (3.0 * d), e = exp(-t);
-    return chord ? 0.75 * e * (1.0 + 0.5 * t) + 0.25 * e * e * e * (1.0 + 1.5 * t) : 0.25 * e * (e * e + 3.0);
+    return chord ? 0.75 * e * (1.0 + 0.5 * t) + 0.25 * e * e * e * (1.0 + 1.5 * t)
+                 : 0.25 * e * (e * e + 3.0);
 }
 static double beyond_pole(double z, int chord, double r) {
     double c = z / hypot(r, z);
@@ -123,10 +131,12 @@ static double beyond_pole(double z, int chord, double r) {
 static double beyond(const sss_medium *m, int chord, double r) {
     double sigma = (double)m->sigma[0], poles;
     if (!m->dipole) return beyond_burley((double)m->length[0], chord, r);
-    poles = 0.5 * (beyond_pole((double)m->length[0], chord, r) + beyond_pole((double)m->zv[0], chord, r));
+    poles = 0.5 *
+            (beyond_pole((double)m->length[0], chord, r) + beyond_pole((double)m->zv[0], chord, r));
     return sigma > 0.0 ? 0.5 * (poles + beyond_burley(1.0 / (3.0 * sigma), chord, r)) : poles;
 }
-/* Kolmogorov and Smirnov's distance, times sqrt(n); disk probes beyond r_max are missing and lie beyond all others. */
+/* Kolmogorov and Smirnov's distance, times sqrt(n); disk probes beyond r_max are missing and lie
+ * beyond all others. */
 static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
     enum { MOST = 400000 };
     static double r[MOST];
@@ -140,12 +150,14 @@ static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
         sss_probe p;
         sss_begin(&s, m, &plan, origin, up, sss_hash(name, (uint32_t)i));
         if (!sss_next_probe(&s, &p)) continue;
-        r[n++] = chord ? st_length(st_double(p.origin)) : hypot((double)p.origin.x, (double)p.origin.y);
+        r[n++] =
+            chord ? st_length(st_double(p.origin)) : hypot((double)p.origin.x, (double)p.origin.y);
     }
     qsort(r, (size_t)n, sizeof *r, compare_doubles);
     for (i = 0; i < n; ++i) {
         double within = 1.0 - beyond(m, chord, r[i]);
-        worst = fmax(worst, fmax(fabs(within - (double)i / lookups), fabs(within - (i + 1.0) / lookups)));
+        worst = fmax(worst,
+                     fmax(fabs(within - (double)i / lookups), fabs(within - (i + 1.0) / lookups)));
     }
     return worst * sqrt((double)lookups);
 }
@@ -155,25 +167,32 @@ static void radii_follow_their_density_to_the_ends(void **state) {
     (void)state;
     for (i = 0; i < 5; ++i)
         for (chord = 0; chord < 2; ++chord) {
-            sss_medium m =
-                i == 0 ? burley(0.8f, 1.0f, 1.0f, 1.0f) : dipole(i > 2, i & 1 ? 0.1 : 0.0, i & 1 ? 0.9 : 1.0, 1.4f);
-            double distance = distance_of_radii(&m, chord, TEST_SEED + 100u + (uint32_t)(2 * i + chord));
-            check_at_most(chord ? "sqrt(n) D of the chords' radii" : "sqrt(n) D of the disks' radii", distance, 2.6);
+            sss_medium m = i == 0 ? burley(0.8f, 1.0f, 1.0f, 1.0f)
+                                  : dipole(i > 2, i & 1 ? 0.1 : 0.0, i & 1 ? 0.9 : 1.0, 1.4f);
+            double distance =
+                distance_of_radii(&m, chord, TEST_SEED + 100u + (uint32_t)(2 * i + chord));
+            check_at_most(chord ? "sqrt(n) D of the chords' radii"
+                                : "sqrt(n) D of the disks' radii",
+                          distance, 2.6);
             worst = fmax(worst, distance);
         }
-    print_message("    10 distributions of %d radii, worst sqrt(n) D %.2f, limit 2.60\n", st_samples(400000), worst);
+    print_message("10 distributions of %d radii, worst sqrt(n) D %.2f, limit 2.60\n",
+                  st_samples(400000), worst);
 }
 
-/* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a cylinder or more. They end a
-   shell of at most 2^-16 of r_max before it, so that at their rounded ends there is an intensity yet. ---- */
+/* ---- Disk and sphere probes cover the ball r <= r_max, as their intensity does, and not a
+   cylinder or more. They end a shell of at most 2^-16 of r_max before it, so that at their rounded
+   ends there is an intensity yet. ---- */
 static double distance_from(sss_vec3 x, const sss_probe *p, double t) {
-    return st_length(st_sum(st_sum(st_double(p->origin), st_double(p->direction), t), st_double(x), -1.0));
+    return st_length(
+        st_sum(st_sum(st_double(p->origin), st_double(p->direction), t), st_double(x), -1.0));
 }
 static float intensity_on(const sss_resampler *s, const sss_probe *p, double t) {
-    return sss_intensity(s, st_float(st_sum(st_double(p->origin), st_double(p->direction), t)), p->direction);
+    return sss_intensity(s, st_float(st_sum(st_double(p->origin), st_double(p->direction), t)),
+                         p->direction);
 }
-static void check_end(const char *name, const sss_resampler *s, const sss_probe *p, double t, double inwards,
-                      double r_max, sss_vec3 x) {
+static void check_end(const char *name, const sss_resampler *s, const sss_probe *p, double t,
+                      double inwards, double r_max, sss_vec3 x) {
     double distance = distance_from(x, p, t) / r_max;
 
     check_at_most(name, distance, 1.0);
@@ -210,12 +229,14 @@ static void probes_and_density_end_at_the_same_ball(void **state) {
     print_message("    %d probes\n", probes);
 }
 
-/* ---- Bodies smaller than the mean free path, or than the depth h = d that the sphere probes go through ---- */
+/* ---- Bodies smaller than the mean free path, or than the depth h = d that the sphere probes go
+ * through ---- */
 static void bodies_smaller_than_the_depth(void **state) {
     static const struct {
         st_kind kind;
         double size;
-    } bodies[] = {{ST_SPHERE, 0.2}, {ST_SPHERE, 0.05}, {ST_SLAB, 0.05}, {ST_SLAB, 1.0}, {ST_CYLINDER, 0.1}};
+    } bodies[] = {
+        {ST_SPHERE, 0.2}, {ST_SPHERE, 0.05}, {ST_SLAB, 0.05}, {ST_SLAB, 1.0}, {ST_CYLINDER, 0.1}};
     static const unsigned sets[] = {0u, SSS_SPHERE | SSS_CHORD};
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     int i, t;
@@ -227,15 +248,19 @@ static void bodies_smaller_than_the_depth(void **state) {
             double truth;
             st_stat got[3];
             char name[80];
-            f.size =
-                i == 3 ? (double)m.length[0] : bodies[i].size; /* h to the last bit: all lines meet the far side at o */
+            f.size = i == 3
+                         ? (double)m.length[0]
+                         : bodies[i].size; /* h to the last bit: all lines meet the far side at o */
             truth = (double)0.8f * st_closed_form(&f);
-            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t), 400000, got);
-            snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size, plan.techniques);
+            run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t),
+                st_samples(400000), got);
+            snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size,
+                     plan.techniques);
             print_message("    %s %g, %s: relative variance %.2f\n", st_kind_name(f.kind), f.size,
-                          t ? "sphere and chord" : "default", relative_variance(&got[1]));
+                          t ? "sphere and chord" : "default", st_relative_variance(&got[1]));
             check_z(name, got[1].mean, st_error(&got[1]), truth, 2e-5 * truth, Z_LIMIT);
-            if (t == 0 && i == 0) check_at_most("relative variance of the default", relative_variance(&got[1]), 5.0);
+            if (t == 0 && i == 0)
+                check_at_most("relative variance of the default", st_relative_variance(&got[1]), 5.0);
         }
 }
 
@@ -262,19 +287,24 @@ static void hints_of_zero_drop_their_light_and_no_other(void **state) {
     st_stat got[3];
     (void)state;
     run(&f, &m, &plan, light_both, hint_none, TEST_SEED + 300u, 20000, got);
-    check_equal("light from exits where all hints are zero", got[0].mean != 0.0 || got[0].m2 != 0.0, 0);
-    run(&f, &m, &plan, light_half, hint_bright, TEST_SEED + 301u, 400000, got); /* zero only where no light comes */
-    check_z("zero on the dark half of the hits", got[0].mean, st_error(&got[0]), 4.5 * albedo, 0.0, Z_LIMIT);
-    run(&f, &m, &plan, light_both, hint_bright, TEST_SEED + 302u, 400000, got); /* loses the other half's 1 */
+    check_equal("light from exits where all hints are zero", got[0].mean != 0.0 || got[0].m2 != 0.0,
+                0);
+    run(&f, &m, &plan, light_half, hint_bright, TEST_SEED + 301u, 400000,
+        got); /* zero only where no light comes */
+    check_z("zero on the dark half of the hits", got[0].mean, st_error(&got[0]), 4.5 * albedo, 0.0,
+            Z_LIMIT);
+    run(&f, &m, &plan, light_both, hint_bright, TEST_SEED + 302u, 400000,
+        got); /* loses the other half's 1 */
     check_z("zero on faint hits", got[0].mean, st_error(&got[0]), 4.5 * albedo, 0.0, Z_LIMIT);
     check_at_least("z of that bias", (5.0 * albedo - got[0].mean) / st_error(&got[0]), 20.0);
     run(&f, &m, &plan, light_both, hint_dark, TEST_SEED + 303u, 400000, got);
-    check_z("zero on the only bright hits", got[0].mean, st_error(&got[0]), 0.5 * albedo, 0.0, Z_LIMIT);
+    check_z("zero on the only bright hits", got[0].mean, st_error(&got[0]), 0.5 * albedo, 0.0,
+            Z_LIMIT);
     check_at_least("z of that bias", (5.0 * albedo - got[0].mean) / st_error(&got[0]), 20.0);
 }
 
-/* ---- One exit for three colours: their noise has a floor of C - 1 = 2, which exits divide. To that comes, of M
-   probes, at most the bound of a hit over the albedo, 3 * 2 / (1/4), by M. ---- */
+/* ---- One exit for three colours: their noise has a floor of C - 1 = 2, which exits divide. To
+   that comes, of M probes, at most the bound of a hit over the albedo, 3 * 2 / (1/4), by M. ---- */
 static void colour_noise_falls_with_exits(void **state) {
     static const int exits[] = {1, 2, 4};
     sss_medium m = burley(0.8f, 10.0f, 0.1f, 0.001f);
@@ -285,10 +315,12 @@ static void colour_noise_falls_with_exits(void **state) {
         const sss_plan plan = {256, exits[i], 0u, 0, 0, 0};
         st_stat got[3];
         run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 400u + (uint32_t)i, 12800, got);
-        print_message("    %d exits: relative variance %.3f %.3f %.3f\n", exits[i], relative_variance(&got[0]),
-                      relative_variance(&got[1]), relative_variance(&got[2]));
+        print_message("    %d exits: relative variance %.3f %.3f %.3f\n", exits[i],
+                      st_relative_variance(&got[0]), st_relative_variance(&got[1]),
+                      st_relative_variance(&got[2]));
         for (c = 0; c < 3; ++c)
-            check_at_most("relative variance of a colour", relative_variance(&got[c]), 2.0 / exits[i] + 24.0 / 256.0);
+            check_at_most("relative variance of a colour", st_relative_variance(&got[c]),
+                          2.0 / exits[i] + 24.0 / 256.0);
     }
 }
 
@@ -316,17 +348,21 @@ static void sums_of_many_weights_are_kept(void **state) {
             st_entry(&f, &x, &n);
             assert_int_equal(sss_begin(&s, &m, &plan, x, n, sss_hash(TEST_SEED, seed)), SSS_OK);
             while (sss_next_probe(&s, &probe))
-                if (st_trace(&f, &probe, hits)) sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f), ++k;
+                if (st_trace(&f, &probe, hits))
+                    sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f), ++k;
             assert_int_equal(sss_finish(&s, &exit), 1);
             expected = 2.0 * (double)0.8f * k / candidates[i];
-            check_relative("sum of equal weights", (double)exit.weight[0], expected, (k + 4) * EPSILON);
+            check_relative("sum of equal weights", (double)exit.weight[0], expected,
+                           (k + 4) * EPSILON);
             worst = fmax(worst, fabs((double)exit.weight[0] / expected - 1.0));
         }
-        print_message("    %d candidates: worst relative error of the sum %.2g\n", candidates[i], worst);
+        print_message("    %d candidates: worst relative error of the sum %.2g\n", candidates[i],
+                      worst);
     }
 }
 
-/* The pick's numbers next to 0 and 1, by seeds that were searched for them: the only hit is held whatever it weighs. */
+/* The pick's numbers next to 0 and 1, by seeds that were searched for them: the only hit is held
+ * whatever it weighs. */
 static void the_first_hit_is_always_held(void **state) {
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     const sss_plan plan = {1, 1, SSS_CHORD | SSS_DISK, 0, 0, 0};
@@ -343,7 +379,8 @@ static void the_first_hit_is_always_held(void **state) {
             sss_resampler s;
             sss_probe probe;
             sss_exit exit;
-            sss_vec3 at = st_float(st_vec3(pow(10.0, 1.6 * st_signed((uint64_t)i)), 0.0, st_signed((uint64_t)i + 1u)));
+            sss_vec3 at = st_float(
+                st_vec3(pow(10.0, 1.6 * st_signed((uint64_t)i)), 0.0, st_signed((uint64_t)i + 1u)));
             sss_begin(&s, &m, &plan, origin, up, seed);
             if (!sss_next_probe(&s, &probe)) break;
             sss_add_hit(&s, at, up, (float)exp2(20.0 * st_signed((uint64_t)i + 2u)));
@@ -352,7 +389,7 @@ static void the_first_hit_is_always_held(void **state) {
             ++held;
         }
     }
-    print_message("    %d hits held\n", held);
+    print_message("%d hits held\n", held);
     check_at_least("hits held", held, 2e5);
 }
 

@@ -146,21 +146,15 @@ stops() { # PROGRAM WORDS...
     interrupted 3 "$build/$@" --headless --size 64x36 --png a.png && [ -s a.png ]
 }
 check "Ctrl-C keeps what is compared by then" in_folder stops_comparing
-check "Ctrl-C keeps what noise has rendered" in_folder stops noise --spp 1000000
-if [ -x "$build/mesh" ]; then
-    check "Ctrl-C keeps what mesh has rendered" in_folder stops mesh "$PWD/tests/data/tetrahedron.obj" --spp 1000000
-else
-    skip "Ctrl-C keeps what mesh has rendered" "make setup installs Embree and assimp"
-fi
 
 # ---- PFM files
 
 # pfm NAME SIZE SCALE VALUE NOTE: a picture of 4 x 4 pixels, all of which have these four bytes, little endian.
 pfm() {
-    printf 'PF\n%s\n%s\n' "$2" "$3"
-    for ((i = 0; i < 48; i++)); do printf "$4"; done
-    printf "$5"
-} >"$1.pfm"
+    local four=$4$4$4$4
+    local row=$four$four$four
+    printf "PF\n$2\n$3\n$row$row$row$row$5" >"$1.pfm"
+}
 
 one='\0\0\200\77' nan='\0\0\300\177' infinite='\0\0\200\377' note='samples 0 1 seed 1 of slab burley\n'
 
@@ -197,10 +191,10 @@ many_parts() {
     local i parts=()
     pfm part "4 4" -1.0 $one ""
     for ((i = 0; i < 3000; i++)); do
-        { cat part.pfm && echo "samples $((2 * i)) 1 seed 1 of slab burley"; } >$i.pfm
+        pfm $i "4 4" -1.0 $one "samples $((2 * i)) 1 seed 1 of slab burley\n"
         parts+=($i.pfm)
     done
-    { cat part.pfm && echo "samples 1 1 seed 1 of slab burley"; } >gap.pfm
+    pfm gap "4 4" -1.0 $one "samples 1 1 seed 1 of slab burley\n"
     "$render" --merge "${parts[@]}" --pfm all.pfm && "$render" --merge all.pfm gap.pfm --pfm more.pfm &&
         "$render" --merge more.pfm --pfm again.pfm && cmp more.pfm again.pfm || return 1
     [ "$(tail -c +$(($(wc -c <part.pfm) + 1)) more.pfm | head -n 1)" = "samples 0 3 seed 1 of slab burley" ] &&
@@ -225,4 +219,12 @@ check "notes with what is no sample are refused" in_folder bad_notes
 check "a merge of 3,000 parts can be merged again" in_folder many_parts
 check "black as the reference" in_folder black
 check "pipes to read from" in_folder pipes_in
+
+only_long_from_here
+check "Ctrl-C keeps what noise has rendered" in_folder stops noise --spp 1000000
+if [ -x "$build/mesh" ]; then
+    check "Ctrl-C keeps what mesh has rendered" in_folder stops mesh "$PWD/tests/data/tetrahedron.obj" --spp 1000000
+else
+    skip "Ctrl-C keeps what mesh has rendered" "make setup installs Embree and assimp"
+fi
 finish

@@ -1,6 +1,7 @@
-// test_fuzz.c - the checks of fuzz.c over a kept corpus (tests/data/fuzz: what libFuzzer found to reach each branch,
-// made small) and over numbers at random, denormals flushed and not. --long: 1e8 lookups of each; --short: few. No
-// statistics: nothing may fail at all. SPDX-License-Identifier: MIT
+// test_fuzz.c - the checks of fuzz.c over a kept corpus (tests/data/fuzz: what libFuzzer found to
+// reach each branch, made small) and over numbers at random, denormals flushed and not. --long: 1e8
+// lookups of each; --short: few. No statistics: nothing may fail at all. SPDX-License-Identifier:
+// MIT
 #include <dirent.h>
 
 #include "fuzz.c"
@@ -8,7 +9,7 @@
 
 #define LOOKUPS 40 // of a medium
 
-static int media_each = 40000, media_flushed = 20000;
+static int media_each = 10000, media_flushed = 5000;
 
 static void test_corpus(void **state) {
     DIR *folder = opendir(DATA_DIR "/fuzz");
@@ -33,7 +34,7 @@ static void test_corpus(void **state) {
         ++files;
     }
     closedir(folder);
-    print_message("    %d files\n", files);
+    print_message("%d files\n", files);
     check_at_least("files in the corpus", files, 20.0);
 }
 
@@ -57,7 +58,7 @@ static void fuzz(int flush, int media) {
         st_flush_denormals(0);
     }
     if (first) fail_msg("medium %d: %s", worst, first);
-    print_message("    %d media, %d lookups\n", media, media * LOOKUPS);
+    print_message("%d media, %d lookups\n", media, media * LOOKUPS);
 }
 
 static void test_random(void **state) {
@@ -78,6 +79,7 @@ int main(int count, char **words) {
         cmocka_unit_test(test_random_flushed),
     };
     if (count > 1 && strcmp(words[1], "--long") == 0) media_each = media_flushed = 2500000;
-    if (count > 1 && strcmp(words[1], "--short") == 0) media_each = media_flushed = 100; // where each step is slow
+    if (count > 1 && strcmp(words[1], "--short") == 0)
+        media_each = media_flushed = 100; // where each step is slow
     return cmocka_run_group_tests_name("fuzzing", tests, NULL, NULL);
 }

@@ -1,11 +1,13 @@
-/* The promise: sss_intensity is the expected number of hits per unit of area and probe, for every technique
-   alone and for mixes of them. Hits of many probes are counted over rings of a plane, rings of a sphere and
-   tilted patches beside the entry, and compared with the integral of sss_intensity over each.
+/* The promise: sss_intensity is the expected number of hits per unit of area and probe, for every
+   technique alone and for mixes of them. Hits of many probes are counted over rings of a plane,
+   rings of a sphere and tilted patches beside the entry, and compared with the integral of
+   sss_intensity over each.
 
-   Comparisons: 368. At |z| < 5.2 the chance that a correct header fails somewhere in this file is 340
-   * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5 or more, one that
-   is hit by 10 % at z = 7.7; st_report prints the bias that lifts the rarest to the limit. A Jacobian or an
-   axis that is left out changes some place by 20 % or more. */
+   Comparisons: 368. At |z| < 5.2 the chance that a correct header fails somewhere in this file is
+   340
+   * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5 or more,
+   one that is hit by 10 % at z = 7.7; st_report prints the bias that lifts the rarest to the limit.
+   A Jacobian or an axis that is left out changes some place by 20 % or more. */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
@@ -39,19 +41,23 @@ static const config configs[] = {
     {0u, 0, 1, 8, 0},
 };
 
-/* Parallelograms in local coordinates: a corner and the edges a and b. None comes nearer to the entry than
- * 0.1. */
+/* Parallelograms in local coordinates: a corner and the edges a and b. None comes nearer to the
+ * entry than 0.1. */
 typedef struct sheet {
     st_vec corner, a, b;
 } sheet;
 static const sheet sheets[SHEETS] = {
-    {{0.3, -1.0, -1.0}, {0.0, 2.0, 0.0}, {0.0, 0.0, 2.0}},    /* beside, at right angles to the entry's plane */
+    {{0.3, -1.0, -1.0},
+     {0.0, 2.0, 0.0},
+     {0.0, 0.0, 2.0}}, /* beside, at right angles to the entry's plane */
     {{-1.0, 0.4, -0.9}, {2.0, 0.3, 0.0}, {0.2, 0.9, 1.6}},    /* tilted two ways */
     {{-1.0, -1.0, 0.5}, {2.0, 0.0, 0.4}, {0.0, 2.0, -0.2}},   /* above */
     {{-1.3, -1.1, -0.25}, {2.4, 0.0, 0.0}, {0.0, 2.2, 0.02}}, /* below, close */
-    {{-0.25, -1.0, -0.7}, {-0.6, 2.0, 0.1}, {-0.5, 0.1, 1.5}}, {{0.2, 0.15, -1.2}, {1.5, -0.4, 0.3}, {0.1, 0.3, 2.4}},
+    {{-0.25, -1.0, -0.7}, {-0.6, 2.0, 0.1}, {-0.5, 0.1, 1.5}},
+    {{0.2, 0.15, -1.2}, {1.5, -0.4, 0.3}, {0.1, 0.3, 2.4}},
 };
-static const double rings[2][RINGS + 1] = {{0.0, 0.03, 0.2, 0.8, 2.0, 6.0}, {0.0, 0.05, 0.3, 0.8, 1.5, 2.0}};
+static const double rings[2][RINGS + 1] = {{0.0, 0.03, 0.2, 0.8, 2.0, 6.0},
+                                           {0.0, 0.05, 0.3, 0.8, 1.5, 2.0}};
 
 static void make_medium(sss_medium *m, const config *k) {
     static const float albedo[3] = {0.9f, 0.5f, 0.2f};
@@ -66,8 +72,7 @@ static void make_medium(sss_medium *m, const config *k) {
     }
     if (k->dipole)
         result = (k->dipole == 2 ? sss_better_dipole : sss_dipole)(m, sigma_a, sigma_s, 1.4f);
-    else
-        result = sss_burley(m, albedo, length);
+    else result = sss_burley(m, albedo, length);
     assert_int_equal(result, SSS_OK);
 }
 
@@ -116,18 +121,21 @@ static double integrate(const place *p, double u, double v, double size, double 
     int i;
     for (i = 0; i < 4; ++i) fine += part[i] = cell(p, u + h * (i & 1), v + h * (i >> 1), h);
     if (depth >= 5 && (fabs(fine - coarse) < 2e-8 || depth >= 14)) return fine;
-    for (fine = 0.0, i = 0; i < 4; ++i) fine += integrate(p, u + h * (i & 1), v + h * (i >> 1), h, part[i], depth + 1);
+    for (fine = 0.0, i = 0; i < 4; ++i)
+        fine += integrate(p, u + h * (i & 1), v + h * (i >> 1), h, part[i], depth + 1);
     return fine;
 }
 
 /* ---- Counted ---- */
-static void count_rings(const st_fixture *f, const double *radii, const sss_probe *probe, double *count) {
+static void count_rings(const st_fixture *f, const double *radii, const sss_probe *probe,
+                        double *count) {
     st_hit hits[ST_MAX_HITS];
     int i, r, n = st_trace(f, probe, hits);
     for (i = 0; i < n; ++i) {
         double radius = st_length(hits[i].local);
         for (r = 0; r < RINGS; ++r)
-            if (radius >= radii[r] && radius < radii[r + 1]) count[2 * r + !(hits[i].local.x > 0.0)] += 1.0;
+            if (radius >= radii[r] && radius < radii[r + 1])
+                count[2 * r + !(hits[i].local.x > 0.0)] += 1.0;
     }
 }
 static int crosses_sheet(const sheet *p, st_vec o, st_vec d, double length) {
@@ -150,10 +158,11 @@ static void count_probe(const st_fixture *surfaces, const sss_probe *probe, doub
     st_vec o = st_local(frame, probe->origin), d = st_turn_back(frame, st_double(probe->direction));
     int i;
     for (i = 0; i < 2; ++i) count_rings(&surfaces[i], rings[i], probe, count + 2 * RINGS * i);
-    for (i = 0; i < SHEETS; ++i) count[4 * RINGS + i] += (double)crosses_sheet(&sheets[i], o, d, (double)probe->length);
+    for (i = 0; i < SHEETS; ++i)
+        count[4 * RINGS + i] += (double)crosses_sheet(&sheets[i], o, d, (double)probe->length);
 }
-static void count_block(const st_fixture *surfaces, const sss_medium *m, const sss_plan *plan, uint32_t name,
-                        uint32_t first, uint32_t lookups, st_stat *stats) {
+static void count_block(const st_fixture *surfaces, const sss_medium *m, const sss_plan *plan,
+                        uint32_t name, uint32_t first, uint32_t lookups, st_stat *stats) {
     sss_vec3 x, n;
     uint32_t i;
     int c;
@@ -172,17 +181,19 @@ static void count_block(const st_fixture *surfaces, const sss_medium *m, const s
 static void check_place(const config *k, int number, const st_stat *stat, double expected) {
     char name[160];
     int ring = number % (2 * RINGS);
-    const char *where = number < 2 * RINGS ? "plane, half ring" : number < 4 * RINGS ? "sphere, half ring" : "sheet";
+    const char *where = number < 2 * RINGS   ? "plane, half ring"
+                        : number < 4 * RINGS ? "sphere, half ring"
+                                             : "sheet";
     snprintf(name, sizeof name, "techniques %u, %s, %s, M %d, %s; %s %d", k->techniques,
              k->dipole == 2 ? "better dipole"
              : k->dipole    ? "dipole"
                             : "Burley",
-             k->saturated ? "saturated" : "grey", k->candidates, k->independent ? "independent" : "stratified", where,
+             k->saturated ? "saturated" : "grey", k->candidates,
+             k->independent ? "independent" : "stratified", where,
              number < 4 * RINGS ? ring : number - 4 * RINGS);
     if (expected < 1e-4)
         check_near(name, stat->mean, expected, 1e-4); /* seen edge-on: rounding decides */
-    else
-        check_z(name, stat->mean, st_error(stat), expected, 2e-4 * expected, Z_LIMIT);
+    else check_z(name, stat->mean, st_error(stat), expected, 2e-4 * expected, Z_LIMIT);
 }
 static void check_config(const config *k, uint32_t name) {
     static st_stat stats[BLOCKS][PLACES];
@@ -194,7 +205,8 @@ static void check_config(const config *k, uint32_t name) {
     double expected[PLACES];
     uint32_t lookups = (uint32_t)(st_samples(PROBES) / BLOCKS / k->candidates);
     int b, i;
-    /* Far from the origin rounded positions would fall on the entry itself, where the intensity has a pole.
+    /* Far from the origin rounded positions would fall on the entry itself, where the intensity has
+     * a pole.
      */
     st_frame frame = st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(0.023, -0.017, 0.011));
     surfaces[0] = st_standard(ST_PLANE, frame);
@@ -205,7 +217,8 @@ static void check_config(const config *k, uint32_t name) {
     plan.independent = k->independent;
     make_medium(&m, k);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) count_block(surfaces, &m, &plan, name, (uint32_t)b * lookups, lookups, stats[b]);
+    for (b = 0; b < BLOCKS; ++b)
+        count_block(surfaces, &m, &plan, name, (uint32_t)b * lookups, lookups, stats[b]);
     for (b = 1; b < BLOCKS; ++b)
         for (i = 0; i < PLACES; ++i) st_merge(&stats[0][i], &stats[b][i]);
     st_entry(&surfaces[0], &x, &n);
@@ -227,11 +240,13 @@ static void check_config(const config *k, uint32_t name) {
 static void intensity_is_hits_per_area(void **state) {
     size_t i;
     (void)state;
-    for (i = 0; i < sizeof configs / sizeof *configs; ++i) check_config(&configs[i], TEST_SEED + (uint32_t)i);
+    for (i = 0; i < sizeof configs / sizeof *configs; ++i)
+        check_config(&configs[i], TEST_SEED + (uint32_t)i);
 }
 
-/* Closed forms on the plane, one live channel at d = 1: a disk meets it once but for the cut tail, half of
-   the chords do, and a line through a point at depth h does inside the ball but for h / sqrt(r_max^2 + h^2).
+/* Closed forms on the plane, one live channel at d = 1: a disk meets it once but for the cut tail,
+   half of the chords do, and a line through a point at depth h does inside the ball but for h /
+   sqrt(r_max^2 + h^2).
  */
 typedef struct total_context {
     sss_resampler s;
@@ -272,8 +287,8 @@ static void totals_on_a_plane(void **state) {
     }
 }
 
-/* Disks and spheres end at the ball that holds all but 1e-4 of the light, chords do not: beyond it they alone count.
-   The radius is that of the reference, to 1e-3. */
+/* Disks and spheres end at the ball that holds all but 1e-4 of the light, chords do not: beyond it
+   they alone count. The radius is that of the reference, to 1e-3. */
 static void only_chords_leave_the_ball(void **state) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f};
     const st_profile p = st_burley(1.0, st_burley_s(1.0));
@@ -293,7 +308,8 @@ static void only_chords_leave_the_ball(void **state) {
             double r = r_max * (beyond ? 1.001 : 0.999);
             plan.techniques = 1u << i;
             assert_int_equal(sss_begin(&s, &m, &plan, zero, up, 1u), SSS_OK);
-            mu = sss_intensity(&s, st_float(st_vec3(0.6 * r, 0.0, 0.8 * r)), st_float(st_vec3(1.0, 0.2, 0.3)));
+            mu = sss_intensity(&s, st_float(st_vec3(0.6 * r, 0.0, 0.8 * r)),
+                               st_float(st_vec3(1.0, 0.2, 0.3)));
             check_equal("there is a density", mu > 0.0f, !beyond || plan.techniques == SSS_CHORD);
         }
 }

@@ -1,9 +1,10 @@
-/* The promise: what does not matter, does not matter. Scaling the scene by a power of two, flipping normals
-   or giving them another length changes no pick and no weight; motions and the order of the colours change no
-   mean.
+/* The promise: what does not matter, does not matter. Scaling the scene by a power of two, flipping
+   normals or giving them another length changes no pick and no weight; motions and the order of the
+   colours change no mean.
 
-   Comparisons of means: 24. At |z| < 4.9 the chance that a correct header fails here is 24 * 9.6e-7 = 2e-5.
-   Each mean is known to 0.15 % or better: a bias of 1 % of one against the other gives z > 5. */
+   Comparisons of means: 24. At |z| < 4.9 the chance that a correct header fails here is 24 * 9.6e-7
+   = 2e-5. Each mean is known to 0.15 % or better: a bias of 1 % of one against the other gives z
+   > 5. */
 #include "sss_test.h"
 
 #define Z_LIMIT 4.9
@@ -11,15 +12,9 @@
 #define LOOKUPS 300
 #define MEDIA   3
 
-static const unsigned sets[] = {0u, SSS_CHORD, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD};
+static const unsigned sets[] = {0u, SSS_CHORD,
+                                SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD};
 
-static int same_bits(sss_vec3 a, sss_vec3 b) { return memcmp(&a, &b, sizeof a) == 0; }
-static sss_vec3 scaled(sss_vec3 v, int k) {
-    v.x = ldexpf(v.x, k);
-    v.y = ldexpf(v.y, k);
-    v.z = ldexpf(v.z, k);
-    return v;
-}
 static sss_vec3 times(sss_vec3 v, float k) {
     v.x *= k;
     v.y *= k;
@@ -28,8 +23,8 @@ static sss_vec3 times(sss_vec3 v, float k) {
 }
 
 /* ---- Scale ---- */
-/* All that is allowed is 1e-12 to 1e12, a little less than 2^-40 to 2^40, so there are two sets of each: one
-   to be made shorter and one to be made longer. */
+/* All that is allowed is 1e-12 to 1e12, a little less than 2^-40 to 2^40, so there are two sets of
+   each: one to be made shorter and one to be made longer. */
 static sss_result make_medium(sss_medium *m, int type, int up, int k) {
     static const float albedo[3] = {0.9f, 0.5f, 0.7f};
     static const float length[2][3] = {{1.2f, 3.1f, 77.0f}, {0.85f, 0.31f, 0.012f}};
@@ -51,7 +46,8 @@ typedef struct record {
     int probes, hits[64], exits;
     sss_exit exit[SSS_MAX_EXITS];
 } record;
-static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed, record *r) {
+static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
+                          uint32_t seed, record *r) {
     sss_resampler s;
     sss_vec3 x, n;
     int i;
@@ -60,34 +56,37 @@ static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_pl
     for (r->probes = 0; sss_next_probe(&s, &r->probe[r->probes]); ++r->probes) {
         st_hit *hit = r->hit[r->probes];
         r->hits[r->probes] = st_trace(f, &r->probe[r->probes], hit);
-        for (i = 0; i < r->hits[r->probes]; ++i) sss_add_hit(&s, hit[i].position, hit[i].normal, 1.0f);
+        for (i = 0; i < r->hits[r->probes]; ++i)
+            sss_add_hit(&s, hit[i].position, hit[i].normal, 1.0f);
     }
     r->exits = sss_finish(&s, r->exit);
 }
-static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed, int k,
-                           const record *r) {
+static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
+                           uint32_t seed, int k, const record *r) {
     sss_exit exit[SSS_MAX_EXITS];
     sss_resampler s;
     sss_probe probe;
     sss_vec3 x, n;
     char name[80];
     int i, j, exits, bad = 0;
-    snprintf(name, sizeof name, "scale 2^%d, techniques %u, %s", k, plan->techniques, st_kind_name(f->kind));
+    snprintf(name, sizeof name, "scale 2^%d, techniques %u, %s", k, plan->techniques,
+             st_kind_name(f->kind));
     st_entry(f, &x, &n);
-    assert_int_equal(sss_begin(&s, m, plan, scaled(x, k), n, seed), SSS_OK);
+    assert_int_equal(sss_begin(&s, m, plan, st_scaled(x, k), n, seed), SSS_OK);
     for (i = 0; sss_next_probe(&s, &probe); ++i) {
         if (i >= r->probes) fail_msg("%s: too many probes", name);
-        bad += !same_bits(probe.origin, scaled(r->probe[i].origin, k));
-        bad += !same_bits(probe.direction, r->probe[i].direction);
+        bad += !st_same_bits(probe.origin, st_scaled(r->probe[i].origin, k));
+        bad += !st_same_bits(probe.direction, r->probe[i].direction);
         bad += probe.length != ldexpf(r->probe[i].length, k);
-        for (j = 0; j < r->hits[i]; ++j) sss_add_hit(&s, scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
+        for (j = 0; j < r->hits[i]; ++j)
+            sss_add_hit(&s, st_scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
     }
     check_equal(name, i, r->probes);
     exits = sss_finish(&s, exit);
     check_equal(name, exits, r->exits);
     for (i = 0; i < exits; ++i) {
-        bad += !same_bits(exit[i].position, scaled(r->exit[i].position, k));
-        bad += !same_bits(exit[i].normal, r->exit[i].normal);
+        bad += !st_same_bits(exit[i].position, st_scaled(r->exit[i].position, k));
+        bad += !st_same_bits(exit[i].normal, r->exit[i].normal);
         bad += memcmp(exit[i].weight, r->exit[i].weight, sizeof exit[i].weight) != 0;
     }
     check_equal(name, bad, 0);
@@ -100,7 +99,10 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
     for (type = 0; type < MEDIA; ++type)
         for (up = 0; up < 2; ++up)
             for (t = 0; t < 3; ++t) {
-                st_fixture f = st_standard(t == 0 ? ST_SPHERE : t == 1 ? ST_STACK : ST_EDGE, st_moved());
+                st_fixture f = st_standard(t == 0   ? ST_SPHERE
+                                           : t == 1 ? ST_STACK
+                                                    : ST_EDGE,
+                                           st_moved());
                 sss_medium m, small;
                 sss_plan plan = {7, 2, 0u, 0, 0, 0};
                 plan.techniques = sets[t];
@@ -116,8 +118,8 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
 }
 
 /* ---- Normals ---- */
-static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed, float factor, float entry,
-                               sss_exit *exits) {
+static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed,
+                               float factor, float entry, sss_exit *exits) {
     const sss_plan plan = {8, 2, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD, 0, 0, 0};
     sss_resampler s;
     sss_probe probe;
@@ -127,15 +129,17 @@ static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_
     assert_int_equal(sss_begin(&s, m, &plan, x, times(n, entry), seed), SSS_OK);
     while (sss_next_probe(&s, &probe)) {
         int i, count = st_trace(f, &probe, hits);
-        for (i = 0; i < count; ++i) sss_add_hit(&s, hits[i].position, times(hits[i].normal, factor), 1.0f);
+        for (i = 0; i < count; ++i)
+            sss_add_hit(&s, hits[i].position, times(hits[i].normal, factor), 1.0f);
     }
     return sss_finish(&s, exits);
 }
 static void normals_may_have_any_sign_and_length(void **state) {
-    /* Powers of two (2^66 = 7e19) leave every bit. The others round the normal they are given, by 6e-8, and
-       where it grazes an axis beside which the disk's density is 50 times the chord's, that is 3e-6 of a
-       weight. */
-    static const float factors[] = {-1.0f, 0.5f, 2.0f, 1.3552527e-20f, 7.3786976e19f, -3.0f, 1e-20f, 1e20f};
+    /* Powers of two (2^66 = 7e19) leave every bit. The others round the normal they are given, by
+       6e-8, and where it grazes an axis beside which the disk's density is 50 times the chord's,
+       that is 3e-6 of a weight. */
+    static const float factors[] = {-1.0f,         0.5f,  2.0f,   1.3552527e-20f,
+                                    7.3786976e19f, -3.0f, 1e-20f, 1e20f};
     enum { EXACT = 5, FACTORS = 8 };
     sss_exit want[SSS_MAX_EXITS], got[SSS_MAX_EXITS];
     sss_medium m;
@@ -150,25 +154,34 @@ static void normals_may_have_any_sign_and_length(void **state) {
             for (i = 0; i < FACTORS; ++i) {
                 double sign = factors[i] < 0.0f ? -1.0 : 1.0;
                 char name[80];
-                snprintf(name, sizeof name, "normals times %g on %s", (double)factors[i], st_kind_name(f.kind));
-                check_equal(name, lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got), count);
+                snprintf(name, sizeof name, "normals times %g on %s", (double)factors[i],
+                         st_kind_name(f.kind));
+                check_equal(
+                    name,
+                    lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got),
+                    count);
                 for (e = 0; e < count; ++e) {
-                    check_equal(name, same_bits(got[e].position, want[e].position), 1);
-                    check_near(name, st_dot(st_double(got[e].normal), st_double(want[e].normal)), sign, 1e-6);
+                    check_equal(name, st_same_bits(got[e].position, want[e].position), 1);
+                    check_near(name, st_dot(st_double(got[e].normal), st_double(want[e].normal)),
+                               sign, 1e-6);
                     for (c = 0; c < 3; ++c)
                         check_relative(name, (double)got[e].weight[c], (double)want[e].weight[c],
                                        i < EXACT ? 0.0 : 1e-5);
                 }
-                if (i >= EXACT || factors[i] < 0.0f) continue; /* the entry's normal, by powers of two */
-                check_equal(name, lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), 1.0f, factors[i], got), count);
+                if (i >= EXACT || factors[i] < 0.0f)
+                    continue; /* the entry's normal, by powers of two */
+                check_equal(
+                    name,
+                    lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), 1.0f, factors[i], got),
+                    count);
                 check_equal(name, memcmp(got, want, sizeof got[0] * (size_t)count), 0);
             }
         }
 }
 
 /* ---- Means ---- */
-static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t name, int lookups,
-                st_stat *total) {
+static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t name,
+                int lookups, st_stat *total) {
     static st_stat stats[BLOCKS][3];
     int b, c;
 #pragma omp parallel for schedule(dynamic)
@@ -177,11 +190,13 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
         int i, e, k;
         memset(stats[b], 0, sizeof stats[b]);
         for (i = 0; i < lookups / BLOCKS; ++i) {
-            int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * (lookups / BLOCKS) + i)), NULL, exits);
+            int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * (lookups / BLOCKS) + i)),
+                              NULL, exits);
             double sum[3] = {0.0, 0.0, 0.0};
             for (e = 0; e < n; ++e)
                 for (k = 0; k < 3; ++k)
-                    sum[k] += (double)exits[e].weight[k] * st_light_spot(st_local(&f->frame, exits[e].position));
+                    sum[k] += (double)exits[e].weight[k] *
+                              st_light_spot(st_local(&f->frame, exits[e].position));
             for (k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
         }
     }
@@ -192,7 +207,8 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
 static void compare(const char *name, const st_stat *a, const st_stat *b) {
     double error = sqrt(pow(st_error(a), 2.0) + pow(st_error(b), 2.0));
     check_z(name, a->mean, error, b->mean, 0.0, Z_LIMIT);
-    check_at_most("the power of that test: error over mean", error / b->mean, 0.0021 * st_bluntness());
+    check_at_most("the power of that test: error over mean", error / b->mean,
+                  0.0021 * st_bluntness());
 }
 static void motions_change_no_mean(void **state) {
     st_stat rest[3], moved[3];
@@ -209,7 +225,8 @@ static void motions_change_no_mean(void **state) {
             st_vec move = st_vec3(3.0 * i, -2.0 * i, 40.0),
                    axis = st_vec3(i == 2 ? 1.0 : 0.3 * i, i == 2 ? 0.0 : -0.7, 0.0);
             f.frame = st_motion(axis, i == 2 ? ST_PI : 1.1 * i, move);
-            run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind + (uint32_t)i, st_samples(1600000), moved);
+            run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind + (uint32_t)i, st_samples(1600000),
+                moved);
             for (c = 0; c < 3; ++c) compare("a motion", &moved[c], &rest[c]);
         }
     }
@@ -224,15 +241,19 @@ static void colours_in_another_order_have_the_same_means(void **state) {
         st_fixture f = st_standard(ST_SPHERE, st_moved());
         const sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sss_medium m;
-        assert_int_equal((type ? sss_dipole_from_albedo(&m, albedo, length, 1.3f) : sss_burley(&m, albedo, length)),
+        assert_int_equal((type ? sss_dipole_from_albedo(&m, albedo, length, 1.3f)
+                               : sss_burley(&m, albedo, length)),
                          SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 50u + (uint32_t)type, st_samples(1600000), straight);
         for (i = 0; i < 2; ++i) {
             float a[3], d[3];
             for (c = 0; c < 3; ++c) a[c] = albedo[order[i][c]], d[c] = length[order[i][c]];
-            assert_int_equal((type ? sss_dipole_from_albedo(&m, a, d, 1.3f) : sss_burley(&m, a, d)), SSS_OK);
-            run(&f, &m, &plan, TEST_SEED + 60u + (uint32_t)(2 * type + i), st_samples(1600000), mixed);
-            for (c = 0; c < 3; ++c) compare("the order of the colours", &mixed[c], &straight[order[i][c]]);
+            assert_int_equal((type ? sss_dipole_from_albedo(&m, a, d, 1.3f) : sss_burley(&m, a, d)),
+                             SSS_OK);
+            run(&f, &m, &plan, TEST_SEED + 60u + (uint32_t)(2 * type + i), st_samples(1600000),
+                mixed);
+            for (c = 0; c < 3; ++c)
+                compare("the order of the colours", &mixed[c], &straight[order[i][c]]);
         }
     }
 }

@@ -1,9 +1,11 @@
-/* Meshes as demos/common/triangle_mesh.h makes them fit for probes, and their hits as demos/common/mesh_tracer.h finds them with Embree: no
-   crossing counted twice at an edge or a vertex, none lost on thin parts, the same hits wherever the scene is; lookups
-   and whole pictures of a tessellated ball and slab against the analytic ones, in mean and in noise.
+/* Meshes as demos/common/triangle_mesh.h makes them fit for probes, and their hits as
+   demos/common/mesh_tracer.h finds them with Embree: no crossing counted twice at an edge or a
+   vertex, none lost on thin parts, the same hits wherever the scene is; lookups and whole pictures
+   of a tessellated ball and slab against the analytic ones, in mean and in noise.
 
-   Comparisons: 17 z-scores at |z| < 5.2: the chance that a correct program fails somewhere in this file is
-   17 * 2.0e-7 = 3.4e-6. What the tessellation itself may change is bounded where it is used. */
+   Comparisons: 17 z-scores at |z| < 5.2: the chance that a correct program fails somewhere in this
+   file is 17 * 2.0e-7 = 3.4e-6. What the tessellation itself may change is bounded where it is
+   used. */
 #include "sss_test.h"
 
 #include "demos/common/mesh_tracer.h"
@@ -51,10 +53,12 @@ static double volume(const soup *s, uint32_t a, uint32_t b, uint32_t c, st_vec f
         const float *p = s->xyz + 3 * (size_t)v[i];
         e[i] = st_sum(st_vec3((double)p[0], (double)p[1], (double)p[2]), from, -1.0);
     }
-    return e[0].x * (e[1].y * e[2].z - e[1].z * e[2].y) + e[0].y * (e[1].z * e[2].x - e[1].x * e[2].z) +
+    return e[0].x * (e[1].y * e[2].z - e[1].z * e[2].y) +
+           e[0].y * (e[1].z * e[2].x - e[1].x * e[2].z) +
            e[0].z * (e[1].x * e[2].y - e[1].y * e[2].x);
 }
-/* A quad as two triangles that bulge away from the origin: with the other diagonal a ball would have valleys. */
+/* A quad as two triangles that bulge away from the origin: with the other diagonal a ball would
+ * have valleys. */
 static void soup_quad(soup *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
     const float *p = s->xyz + 3 * (size_t)d;
     double below = volume(s, a, b, c, st_vec3((double)p[0], (double)p[1], (double)p[2]));
@@ -64,7 +68,8 @@ static void soup_quad(soup *s, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
 }
 /* A grid of n by n quads from `at` along u and v, with vertices of its own, after a map. */
 typedef st_vec soup_map(st_vec p, const void *context);
-static void soup_grid(soup *s, int n, st_vec at, st_vec u, st_vec v, soup_map *map, const void *context) {
+static void soup_grid(soup *s, int n, st_vec at, st_vec u, st_vec v, soup_map *map,
+                      const void *context) {
     uint32_t first = (uint32_t)s->vertices;
     for (int i = 0; i <= n; ++i)
         for (int j = 0; j <= n; ++j) {
@@ -77,21 +82,26 @@ static void soup_grid(soup *s, int n, st_vec at, st_vec u, st_vec v, soup_map *m
             soup_quad(s, a, b, b + 1, a + 1);
         }
 }
-/* The surface of the cube |x|, |y|, |z| <= 1 as six grids, after a map: closed once vertices at one place are one. */
+/* The surface of the cube |x|, |y|, |z| <= 1 as six grids, after a map: closed once vertices at one
+ * place are one. */
 static soup soup_cube(int n, soup_map *map, const void *context) {
     soup s = soup_new(6 * (size_t)((n + 1) * (n + 1)), 12 * (size_t)(n * n));
     for (int side = -1; side <= 1; side += 2) {
         double k = side;
-        soup_grid(&s, n, st_vec3(k, -1.0, -1.0), st_vec3(0.0, 2.0, 0.0), st_vec3(0.0, 0.0, 2.0), map, context);
-        soup_grid(&s, n, st_vec3(-1.0, k, -1.0), st_vec3(0.0, 0.0, 2.0), st_vec3(2.0, 0.0, 0.0), map, context);
-        soup_grid(&s, n, st_vec3(-1.0, -1.0, k), st_vec3(2.0, 0.0, 0.0), st_vec3(0.0, 2.0, 0.0), map, context);
+        soup_grid(&s, n, st_vec3(k, -1.0, -1.0), st_vec3(0.0, 2.0, 0.0), st_vec3(0.0, 0.0, 2.0),
+                  map, context);
+        soup_grid(&s, n, st_vec3(-1.0, k, -1.0), st_vec3(0.0, 0.0, 2.0), st_vec3(2.0, 0.0, 0.0),
+                  map, context);
+        soup_grid(&s, n, st_vec3(-1.0, -1.0, k), st_vec3(2.0, 0.0, 0.0), st_vec3(0.0, 2.0, 0.0),
+                  map, context);
     }
     return s;
 }
 /* Even in angle along the axes. */
 static st_vec to_ball(st_vec p, const void *context) {
     (void)context;
-    return st_unit(st_vec3(tan(0.25 * ST_PI * p.x), tan(0.25 * ST_PI * p.y), tan(0.25 * ST_PI * p.z)));
+    return st_unit(
+        st_vec3(tan(0.25 * ST_PI * p.x), tan(0.25 * ST_PI * p.y), tan(0.25 * ST_PI * p.z)));
 }
 /* Times a size, to multiples of 1/512: such numbers stay exact when they are moved by up to 1e4. */
 static st_vec to_lattice(st_vec p, const void *context) {
@@ -99,7 +109,9 @@ static st_vec to_lattice(st_vec p, const void *context) {
     return st_vec3(rint(512.0 * size[0] * p.x) / 512.0, rint(512.0 * size[1] * p.y) / 512.0,
                    rint(512.0 * size[2] * p.z) / 512.0);
 }
-static st_vec to_lattice_ball(st_vec p, const void *context) { return to_lattice(to_ball(p, NULL), context); }
+static st_vec to_lattice_ball(st_vec p, const void *context) {
+    return to_lattice(to_ball(p, NULL), context);
+}
 
 static void make_mesh(mesh_world *w, soup *s) {
     memset(w, 0, sizeof *w);
@@ -130,9 +142,10 @@ static sss_vec3 point_of(const triangle_mesh *m, uint32_t triangle, int where, u
     return scene_along(p, scene_sub(m->position[c[2]], m->position[c[0]]), v);
 }
 
-/* Lines through a convex body from outside, aimed at edges, at vertices and inside of triangles: two crossings, or none
-   where they touch it. At edges Embree loses less than 1 of 10000. At vertices, where up to eight triangles meet, it
-   loses more, but a probe has to come within a few units in the last place of both coordinates. */
+/* Lines through a convex body from outside, aimed at edges, at vertices and inside of triangles:
+   two crossings, or none where they touch it. At edges Embree loses less than 1 of 10000. At
+   vertices, where up to eight triangles meet, it loses more, but a probe has to come within a few
+   units in the last place of both coordinates. */
 static void edges_count_once(void **state) {
     mesh_world w;
     mesh_hits hits = {0, 0, NULL};
@@ -143,7 +156,8 @@ static void edges_count_once(void **state) {
         long more = 0, odd = 0, none = 0;
         for (uint64_t i = 0; i < 100000; ++i) {
             sss_vec3 aim = point_of(&w.m, (uint32_t)(st_random(7 * i) * w.m.triangles), where, i);
-            sss_vec3 origin = scene_along(aim, direction_of(i), -5.0f), way = scene_normalize(scene_sub(aim, origin));
+            sss_vec3 origin = scene_along(aim, direction_of(i), -5.0f),
+                     way = scene_normalize(scene_sub(aim, origin));
             hits.count = 0;
             mesh_all_hits(&w, w.m.object[0], origin, way, 10.0f, &hits);
             more += hits.count > 2;
@@ -163,8 +177,9 @@ static void edges_count_once(void **state) {
     mesh_close(&w);
 }
 
-/* A sheet 2^-20 of its width thick, whose two sides float32 can just tell apart, has two sides everywhere; and where
-   two faces meet at an edge of next to no angle, both count up to the edge. */
+/* A sheet 2^-20 of its width thick, whose two sides float32 can just tell apart, has two sides
+   everywhere; and where two faces meet at an edge of next to no angle, both count up to the edge.
+ */
 static void thin_parts_have_two_sides(void **state) {
     mesh_world w;
     mesh_hits hits = {0, 0, NULL};
@@ -173,7 +188,8 @@ static void thin_parts_have_two_sides(void **state) {
     (void)state;
     for (int side = 0; side < 2; ++side) {
         uint32_t first = (uint32_t)s.vertices;
-        for (int i = 0; i < 33 * 33; ++i) soup_vertex(&s, i % 33 - 16.0, side * 0x1p-15, i / 33 - 16.0);
+        for (int i = 0; i < 33 * 33; ++i)
+            soup_vertex(&s, i % 33 - 16.0, side * 0x1p-15, i / 33 - 16.0);
         for (uint32_t i = 0; i < 32 * 33; ++i) {
             if (i % 33 == 32) continue;
             soup_triangle(&s, first + i, first + i + 34, first + i + 1);
@@ -182,7 +198,8 @@ static void thin_parts_have_two_sides(void **state) {
     }
     make(&w, &s);
     for (uint64_t i = 0; i < 100000; ++i) {
-        sss_vec3 aim = scene_vec(0.8f * (float)st_signed(9 * i), 0.0f, 0.8f * (float)st_signed(9 * i + 1));
+        sss_vec3 aim =
+            scene_vec(0.8f * (float)st_signed(9 * i), 0.0f, 0.8f * (float)st_signed(9 * i + 1));
         sss_vec3 way = direction_of(i);
         if (fabsf(way.y) < 0.05f) continue;
         hits.count = 0;
@@ -192,7 +209,8 @@ static void thin_parts_have_two_sides(void **state) {
     check_equal("lines that do not cross a thin sheet twice", wrong, 0);
     mesh_close(&w);
 
-    for (int i = 0; i < 6; ++i) soup_vertex(&wedge, i / 3, i % 3 == 2 ? 0x1p-12 : 0.0, i % 3 == 0 ? 0.0 : 1.0);
+    for (int i = 0; i < 6; ++i)
+        soup_vertex(&wedge, i / 3, i % 3 == 2 ? 0x1p-12 : 0.0, i % 3 == 0 ? 0.0 : 1.0);
     static const uint32_t faces[8][3] = {{0, 1, 4}, {0, 4, 3}, {0, 5, 2}, {0, 3, 5},
                                          {1, 2, 5}, {1, 5, 4}, {0, 2, 1}, {3, 4, 5}};
     for (int i = 0; i < 8; ++i) soup_triangle(&wedge, faces[i][0], faces[i][1], faces[i][2]);
@@ -202,7 +220,8 @@ static void thin_parts_have_two_sides(void **state) {
         float depth = powf(10.0f, -7.0f + 4.0f * (float)st_random(3 * i)), z = w.m.position[0].z;
         for (uint32_t k = 0; k < w.m.vertices; ++k) z = fminf(z, w.m.position[k].z);
         hits.count = 0;
-        mesh_all_hits(&w, w.m.object[0], scene_vec(0.5f * (float)st_signed(3 * i + 1), 2.0f, z + depth),
+        mesh_all_hits(&w, w.m.object[0],
+                      scene_vec(0.5f * (float)st_signed(3 * i + 1), 2.0f, z + depth),
                       scene_vec(0.0f, -1.0f, 0.0f), 4.0f, &hits);
         wrong += hits.count != 2;
     }
@@ -211,8 +230,9 @@ static void thin_parts_have_two_sides(void **state) {
     mesh_close(&w);
 }
 
-/* How many hits each of the same probes has on a body that is moved by `far` along all axes: as the program does it, or
-   `raw`, in the moved coordinates themselves, which are on the lattice like the probes' origins. */
+/* How many hits each of the same probes has on a body that is moved by `far` along all axes: as the
+   program does it, or `raw`, in the moved coordinates themselves, which are on the lattice like the
+   probes' origins. */
 #define PROBES 40000
 static void count_moved(soup (*body)(void), double far, int raw, unsigned char *count) {
     mesh_world w;
@@ -222,14 +242,15 @@ static void count_moved(soup (*body)(void), double far, int raw, unsigned char *
     make_mesh(&w, &s);
     for (uint32_t i = 0; i < w.m.vertices && raw; ++i) {
         sss_vec3 *p = &w.m.position[i];
-        st_vec at =
-            st_vec3((double)p->x / w.m.unit, (double)p->y / w.m.unit - 0.5 * w.m.size[1], (double)p->z / w.m.unit);
+        st_vec at = st_vec3((double)p->x / w.m.unit, (double)p->y / w.m.unit - 0.5 * w.m.size[1],
+                            (double)p->z / w.m.unit);
         *p = st_float(st_vec3(rint(512.0 * at.x) / 512.0 + far, rint(512.0 * at.y) / 512.0 + far,
                               rint(512.0 * at.z) / 512.0 + far));
     }
     start_rays(&w);
     for (uint64_t i = 0; i < PROBES; ++i) {
-        st_vec p = st_vec3(1.5 * st_signed(11 * i), 1.5 * st_signed(11 * i + 1), 1.5 * st_signed(11 * i + 2));
+        st_vec p = st_vec3(1.5 * st_signed(11 * i), 1.5 * st_signed(11 * i + 1),
+                           1.5 * st_signed(11 * i + 2));
         if (raw)
             p = st_vec3(rint(512.0 * p.x) / 512.0 + far, rint(512.0 * p.y) / 512.0 + far,
                         rint(512.0 * p.z) / 512.0 + far);
@@ -266,7 +287,8 @@ static void moving_keeps_the_hits(void **state) {
     }
 }
 
-/* A slab that lies on the floor: probes through both count the slab alone; paths and light meet both. */
+/* A slab that lies on the floor: probes through both count the slab alone; paths and light meet
+ * both. */
 static void probes_meet_the_object_alone(void **state) {
     static const double size[3] = {1.0, 0.1, 1.0};
     mesh_world w;
@@ -277,7 +299,8 @@ static void probes_meet_the_object_alone(void **state) {
     const sss_vec3 down = scene_vec(0.0f, -1.0f, 0.0f), above = scene_vec(0.1f, 3.0f, 0.2f);
     mesh_all_hits(&w, w.m.object[0], above, down, 10.0f, &hits);
     check_equal("hits through slab and floor", hits.count, 2);
-    for (int i = 0; i < hits.count; ++i) check_equal("geometry", (long)hits.hit[i].geometry, MESH_OBJECT);
+    for (int i = 0; i < hits.count; ++i)
+        check_equal("geometry", (long)hits.hit[i].geometry, MESH_OBJECT);
     check_at_least("nearest first", (double)(hits.hit[1].t - hits.hit[0].t), 0.1);
     check_near("its top faces up", (double)hits.hit[0].normal.y, 1.0, 1e-6);
     check_near("its bottom faces down", (double)hits.hit[1].normal.y, -1.0, 1e-6);
@@ -287,12 +310,14 @@ static void probes_meet_the_object_alone(void **state) {
     check_equal("and beside it the floor", (long)floor.geometry, MESH_FLOOR);
     check_equal("which the slab shades",
                 mesh_occluded(&w, &floor, scene_normalize(scene_vec(-3.0f, 0.05f, 0.0f)), 9.0f), 1);
-    check_equal("but not from above", mesh_occluded(&w, &floor, scene_vec(0.0f, 1.0f, 0.0f), 9.0f), 0);
+    check_equal("but not from above", mesh_occluded(&w, &floor, scene_vec(0.0f, 1.0f, 0.0f), 9.0f),
+                0);
     free(hits.hit);
     mesh_close(&w);
 }
 
-/* Two balls, one inside of the other, are two objects; a ball torn into six patches that share no vertex is one. */
+/* Two balls, one inside of the other, are two objects; a ball torn into six patches that share no
+ * vertex is one. */
 static void objects_are_pieces(void **state) {
     mesh_world w;
     mesh_hits hits = {0, 0, NULL};
@@ -306,11 +331,16 @@ static void objects_are_pieces(void **state) {
             if (i % s.triangles == 0)
                 for (size_t k = 0; k < s.vertices; ++k) {
                     const float *p = s.xyz + 3 * k;
-                    if (torn) size = 1.0 + 1e-5 * (double)(k / (s.vertices / 6)); /* each patch a little larger */
-                    soup_vertex(&both, size * (double)p[0], size * (double)p[1], size * (double)p[2]);
+                    if (torn)
+                        size =
+                            1.0 +
+                            1e-5 * (double)(k / (s.vertices / 6)); /* each patch a little larger */
+                    soup_vertex(&both, size * (double)p[0], size * (double)p[1],
+                                size * (double)p[2]);
                 }
             for (size_t k = 0; k < 3; ++k)
-                v[k] = s.corner[3 * (i % s.triangles) + k] + (uint32_t)(i < s.triangles ? 0 : s.vertices);
+                v[k] = s.corner[3 * (i % s.triangles) + k] +
+                       (uint32_t)(i < s.triangles ? 0 : s.vertices);
             soup_triangle(&both, v[0], v[1], v[2]);
         }
         soup_free(&s);
@@ -361,8 +391,8 @@ static void rays_leave(void **state) {
     mesh_close(&w);
 }
 
-/* Corners at one place become one vertex: a closed surface of Euler's characteristic 2 comes out of loose triangles, of
-   whatever winding, with all normals outward; what is broken is left out. */
+/* Corners at one place become one vertex: a closed surface of Euler's characteristic 2 comes out of
+   loose triangles, of whatever winding, with all normals outward; what is broken is left out. */
 static void loose_triangles_join(void **state) {
     triangle_mesh m;
     soup s = soup_cube(16, to_ball, NULL), loose = soup_new(3 * s.triangles + 6, s.triangles + 6);
@@ -376,13 +406,15 @@ static void loose_triangles_join(void **state) {
         if (st_random(i) < 0.5) soup_triangle(&loose, v[0], v[1], v[2]);
         else soup_triangle(&loose, v[0], v[2], v[1]);
     }
-    uint32_t nan = soup_vertex(&loose, (double)NAN, 0.0, 0.0), inf = soup_vertex(&loose, 0.0, HUGE_VAL, 0.0);
+    uint32_t nan = soup_vertex(&loose, (double)NAN, 0.0, 0.0),
+             inf = soup_vertex(&loose, 0.0, HUGE_VAL, 0.0);
     soup_triangle(&loose, 0, 1, nan);
     soup_triangle(&loose, 0, inf, 1);
-    soup_triangle(&loose, 0, 1, 0);                                           /* no area */
-    soup_triangle(&loose, 0, 1, 0xffffffffu);                                 /* no such vertex */
-    soup_triangle(&loose, loose.corner[1], loose.corner[0], loose.corner[2]); /* there already, turned over */
-    soup_triangle(&loose, 0, 1, (uint32_t)loose.vertices);                    /* no such vertex */
+    soup_triangle(&loose, 0, 1, 0);           /* no area */
+    soup_triangle(&loose, 0, 1, 0xffffffffu); /* no such vertex */
+    soup_triangle(&loose, loose.corner[1], loose.corner[0],
+                  loose.corner[2]);                        /* there already, turned over */
+    soup_triangle(&loose, 0, 1, (uint32_t)loose.vertices); /* no such vertex */
     assert_null(mesh_make(&m, loose.xyz, loose.vertices, loose.corner, loose.triangles));
     check_equal("triangles left out", (long)m.left_out, 6);
     check_equal("triangles", (long)m.triangles, (long)s.triangles);
@@ -397,8 +429,10 @@ static void loose_triangles_join(void **state) {
     check_at_least("normals are outward: cosine", least, 0.99);
     check_at_least("shading normals are the ball's: cosine", smooth, 0.9998);
     mesh_free(&m);
-    check_equal("nothing to see", mesh_make(&m, loose.xyz, loose.vertices, loose.corner, 0) != NULL, 1);
-    check_equal("only broken ones", mesh_make(&m, loose.xyz, loose.vertices, loose.corner + 3 * s.triangles, 4) != NULL,
+    check_equal("nothing to see", mesh_make(&m, loose.xyz, loose.vertices, loose.corner, 0) != NULL,
+                1);
+    check_equal("only broken ones",
+                mesh_make(&m, loose.xyz, loose.vertices, loose.corner + 3 * s.triangles, 4) != NULL,
                 1);
     soup_free(&loose);
     soup_free(&s);
@@ -412,7 +446,8 @@ static void creases_stay(void **state) {
     (void)state;
     assert_null(mesh_make(&m, s.xyz, s.vertices, s.corner, s.triangles));
     for (uint32_t i = 0; i < 3 * m.triangles; ++i)
-        check_near("a cube's shading normal", (double)scene_dot(m.shading[i], mesh_normal(&m, i / 3)), 1.0, 1e-6);
+        check_near("a cube's shading normal",
+                   (double)scene_dot(m.shading[i], mesh_normal(&m, i / 3)), 1.0, 1e-6);
     mesh_free(&m);
     soup_free(&s);
 }
@@ -437,8 +472,10 @@ static void one_lookup(const entry *e, uint32_t seed, mesh_hits *hits, double ou
     while (sss_next_probe(&s, &probe)) {
         if (e->w) {
             hits->count = 0;
-            mesh_all_hits(e->w, e->w->m.object[0], probe.origin, probe.direction, probe.length, hits);
-            for (int i = 0; i < hits->count; ++i) sss_add_hit(&s, hits->hit[i].position, hits->hit[i].normal, 1.0f);
+            mesh_all_hits(e->w, e->w->m.object[0], probe.origin, probe.direction, probe.length,
+                          hits);
+            for (int i = 0; i < hits->count; ++i)
+                sss_add_hit(&s, hits->hit[i].position, hits->hit[i].normal, 1.0f);
         } else {
             scene_hits all;
             scene_segment_hits(e->s, probe.origin, probe.direction, probe.length, &all);
@@ -460,35 +497,40 @@ typedef struct moments {
 
 static moments lookups(const entry *e, uint32_t stream) {
     static double value[LOOKUPS][3];
+    const int count = st_samples(LOOKUPS);
     moments m;
 #pragma omp parallel
     {
         mesh_hits hits = {0, 0, NULL};
 #pragma omp for schedule(dynamic)
-        for (int b = 0; b < LOOKUPS / BLOCK; ++b)
+        for (int b = 0; b < count / BLOCK; ++b)
             for (int i = b * BLOCK; i < (b + 1) * BLOCK; ++i)
                 one_lookup(e, sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)i), &hits, value[i]);
         free(hits.hit);
     }
     for (int c = 0; c < 3; ++c) {
         st_stat first = {0.0, 0.0, 0.0}, second = {0.0, 0.0, 0.0};
-        for (int i = 0; i < LOOKUPS; ++i) st_add(&first, value[i][c]);
-        for (int i = 0; i < LOOKUPS; ++i) st_add(&second, pow(value[i][c] / first.mean - 1.0, 2.0));
+        for (int i = 0; i < count; ++i) st_add(&first, value[i][c]);
+        for (int i = 0; i < count; ++i) st_add(&second, pow(value[i][c] / first.mean - 1.0, 2.0));
         m.mean[c] = first.mean;
         m.mean_error[c] = st_error(&first);
         m.noise[c] = second.mean;
-        m.noise_error[c] = hypot(st_error(&second), 2.0 * second.mean * st_error(&first) / first.mean);
+        m.noise_error[c] =
+            hypot(st_error(&second), 2.0 * second.mean * st_error(&first) / first.mean);
     }
     return m;
 }
 
-/* may_differ: of the means. A weight is one density over another, and so are the chances of hits; each differs by no
-   more than the mean does, relatively, so second moments, over the squared mean, do by no more than 8 times that. */
-static void same_moments(const char *name, const moments *a, const moments *b, const double may_differ[3]) {
+/* may_differ: of the means. A weight is one density over another, and so are the chances of hits;
+   each differs by no more than the mean does, relatively, so second moments, over the squared mean,
+   do by no more than 8 times that. */
+static void same_moments(const char *name, const moments *a, const moments *b,
+                         const double may_differ[3]) {
     for (int c = 0; c < 3; ++c) {
         char text[80];
         snprintf(text, sizeof text, "%s, channel %d: mean", name, c);
-        check_z(text, a->mean[c], hypot(a->mean_error[c], b->mean_error[c]), b->mean[c], may_differ[c], Z_LIMIT);
+        check_z(text, a->mean[c], hypot(a->mean_error[c], b->mean_error[c]), b->mean[c],
+                may_differ[c], Z_LIMIT);
         snprintf(text, sizeof text, "%s, channel %d: relative variance", name, c);
         check_z(text, a->noise[c], hypot(a->noise_error[c], b->noise_error[c]), b->noise[c],
                 8.0 * (1.0 + b->noise[c]) * may_differ[c] / b->mean[c], Z_LIMIT);
@@ -496,15 +538,19 @@ static void same_moments(const char *name, const moments *a, const moments *b, c
 }
 
 static double ball_light(st_vec v) { return 1.0 + 0.5 * v.y / BALL; }
-static double ball_light_local(st_vec v) { return 1.0 + 0.5 * v.z / BALL; } /* the fixture's normal is z */
+static double ball_light_local(st_vec v) {
+    return 1.0 + 0.5 * v.z / BALL;
+} /* the fixture's normal is z */
 
-/* How much the integral of Rd E over a tessellated ball may differ from that over the ball itself, over the albedo; the
-   entry is a vertex. Let the triangles' planes be at least R (1 - s) from the centre. Sent to the ball along its
-   radius, a point p = (1 - d) q, 0 <= d <= s, changes its area element by a factor between (1 - s)^2 and 1 / (1 - s),
-   and its squared distance from the entry by the factor 1 - d + d^2 R^2 / |q|^2. On a triangle with the entry as its
-   corner d is at most |p| sqrt(2 s) / R (the power of the entry in the triangle's circle), elsewhere |q| is at least
-   the shortest edge h. So distances change by the factor 1 +- e, 2 e <= s + max(2 s, (s R / h)^2). For every falling
-   profile the integral of r |Rd'| over the ball is at most twice the albedo. Last, E changes by at most s / 2. */
+/* How much the integral of Rd E over a tessellated ball may differ from that over the ball itself,
+   over the albedo; the entry is a vertex. Let the triangles' planes be at least R (1 - s) from the
+   centre. Sent to the ball along its radius, a point p = (1 - d) q, 0 <= d <= s, changes its area
+   element by a factor between (1 - s)^2 and 1 / (1 - s), and its squared distance from the entry by
+   the factor 1 - d + d^2 R^2 / |q|^2. On a triangle with the entry as its corner d is at most |p|
+   sqrt(2 s) / R (the power of the entry in the triangle's circle), elsewhere |q| is at least the
+   shortest edge h. So distances change by the factor 1 +- e, 2 e <= s + max(2 s, (s R / h)^2). For
+   every falling profile the integral of r |Rd'| over the ball is at most twice the albedo. Last, E
+   changes by at most s / 2. */
 static double ball_deviation(const triangle_mesh *m) {
     const sss_vec3 middle = scene_vec(0.0f, (float)BALL, 0.0f);
     double depth = 0.0, edge = HUGE_VAL;
@@ -528,37 +574,45 @@ static void ball_agrees(void **state) {
     (void)state;
     make(&w, &body);
     assert_int_equal(sss_burley(&medium, albedo, dmfp), SSS_OK);
-    scenes_ellipsoid(&s, scene_vec(0.0f, (float)BALL, 0.0f), scene_vec((float)BALL, (float)BALL, (float)BALL),
-                     scene_vec(0.0f, 0.0f, 0.0f));
-    entry e = {scene_vec(0.0f, (float)(2.0 * BALL), 0.0f), scene_vec(0.0f, 1.0f, 0.0f), &medium, &w, NULL, ball_light};
+    scenes_ellipsoid(&s, scene_vec(0.0f, (float)BALL, 0.0f),
+                     scene_vec((float)BALL, (float)BALL, (float)BALL), scene_vec(0.0f, 0.0f, 0.0f));
+    entry e = {scene_vec(0.0f, (float)(2.0 * BALL), 0.0f),
+               scene_vec(0.0f, 1.0f, 0.0f),
+               &medium,
+               &w,
+               NULL,
+               ball_light};
     moments of_mesh = lookups(&e, 1);
     e.w = NULL;
     e.s = &s;
     moments analytic = lookups(&e, 2);
     double deviation = ball_deviation(&w.m), may_differ[3];
-    print_message("the tessellated ball may be %.2g off\n", deviation);
+    print_message("    the tessellated ball may be %.2g off\n", deviation);
     check_at_most("deviation of the tessellation", deviation, 1e-3);
     for (int c = 0; c < 3; ++c) {
         st_fixture f = {ST_SPHERE, BALL, st_stay()};
         st_profile p = st_burley((double)albedo[c], (double)dmfp[c]);
         may_differ[c] = deviation * (double)albedo[c];
-        check_z("ball against its integral", of_mesh.mean[c], of_mesh.mean_error[c], st_truth(&f, &p, ball_light_local),
-                may_differ[c], Z_LIMIT);
+        check_z("ball against its integral", of_mesh.mean[c], of_mesh.mean_error[c],
+                st_truth(&f, &p, ball_light_local), may_differ[c], Z_LIMIT);
     }
     same_moments("ball", &of_mesh, &analytic, may_differ);
     mesh_close(&w);
 }
 
-/* The rounded boxes of scene.h: of the grid's half width 3/4 is flat, the rest an arc of 45 degrees. */
+/* The rounded boxes of scene.h: of the grid's half width 3/4 is flat, the rest an arc of 45
+ * degrees. */
 static double spread(double c, double core, double r) {
-    double a = fabs(c), x = a <= 0.75 ? core * a / 0.75 : core + r * (a < 1.0 ? tan(ST_PI * (a - 0.75)) : 1.0);
+    double a = fabs(c),
+           x = a <= 0.75 ? core * a / 0.75 : core + r * (a < 1.0 ? tan(ST_PI * (a - 0.75)) : 1.0);
     return c < 0.0 ? -x : x;
 }
 static st_vec to_rounded_box(st_vec p, const void *context) {
     const scene_shape *b = context;
     double r = (double)b->rounding, x = (double)b->extent.x - r, y = (double)b->extent.y - r,
            z = (double)b->extent.z - r;
-    st_vec q = st_vec3(spread(p.x, x, r), spread(p.y, y, r), spread(p.z, z, r)), at = st_double(b->center);
+    st_vec q = st_vec3(spread(p.x, x, r), spread(p.y, y, r), spread(p.z, z, r)),
+           at = st_double(b->center);
     st_vec k = st_vec3(fmax(-x, fmin(x, q.x)), fmax(-y, fmin(y, q.y)), fmax(-z, fmin(z, q.z)));
     k = st_sum(k, st_unit(st_sum(q, k, -1.0)), r);
     at = st_sum(at, st_double(b->axis[0]), k.x);
@@ -568,15 +622,16 @@ static st_vec to_rounded_box(st_vec p, const void *context) {
 /* Back to the size and the place that it had, as a body that is symmetric about `middle`. */
 static void bring_back(triangle_mesh *m, sss_vec3 middle) {
     for (uint32_t i = 0; i < m->vertices; ++i) {
-        st_vec p = st_sum(st_vec3(0.0, -0.5 * m->size[1], 0.0), st_double(m->position[i]), 1.0 / m->unit);
+        st_vec p =
+            st_sum(st_vec3(0.0, -0.5 * m->size[1], 0.0), st_double(m->position[i]), 1.0 / m->unit);
         m->position[i] = st_float(st_sum(p, st_double(middle), 1.0));
     }
 }
 
 static double slab_light(st_vec v) { return 1.0 + 0.5 * v.x; }
 
-/* The slab of the demos. Its flat sides are exact; its rim, further than `far` from the entry, is inscribed in arcs by
-   1 - cos(half a step) of their radius: see ball_deviation(). */
+/* The slab of the demos. Its flat sides are exact; its rim, further than `far` from the entry, is
+   inscribed in arcs by 1 - cos(half a step) of their radius: see ball_deviation(). */
 static void slab_agrees(void **state) {
     static scene s;
     mesh_world w;
@@ -591,14 +646,17 @@ static void slab_agrees(void **state) {
     make_mesh(&w, &body);
     bring_back(&w.m, b->center);
     start_rays(&w);
-    entry e = {scene_along(b->center, b->axis[2], b->extent.z), b->axis[2], &medium, &w, NULL, slab_light};
+    entry e = {
+        scene_along(b->center, b->axis[2], b->extent.z), b->axis[2], &medium, &w, NULL, slab_light};
     moments of_mesh = lookups(&e, 3);
     e.w = NULL;
     e.s = &s;
     moments analytic = lookups(&e, 4);
-    double r = (double)b->rounding, x = (double)b->extent.x - r, y = (double)b->extent.y - r, may_differ[3];
+    double r = (double)b->rounding, x = (double)b->extent.x - r, y = (double)b->extent.y - r,
+           may_differ[3];
     double depth = 1.0 - cos(ST_PI / n), far = fmin(x, y), rim = 4.0 * ST_PI * r * (x + y + r);
-    for (int c = 0; c < 3; ++c) may_differ[c] = 10.0 * depth * rim * (double)sss_profile(&medium, c, (float)far);
+    for (int c = 0; c < 3; ++c)
+        may_differ[c] = 10.0 * depth * rim * (double)sss_profile(&medium, c, (float)far);
     same_moments("slab", &of_mesh, &analytic, may_differ);
     mesh_close(&w);
 }
@@ -609,7 +667,8 @@ static void slab_agrees(void **state) {
 #define SEEDS 48
 
 /* The radiance of every pixel that shows the object, seed by seed, one sample each. */
-static int picture(const scene *s, const mesh_world *w, uint32_t stream, st_stat *pixel, st_stat *whole) {
+static int picture(const scene *s, const mesh_world *w, uint32_t stream, st_stat *pixel,
+                   st_stat *whole) {
     static float value[SEEDS][SIDE * SIDE];
     static unsigned char shows[SIDE * SIDE];
     int count = 0;
@@ -673,10 +732,11 @@ static void pictures_agree(void **state) {
         st_add(&difference, st_variance(&pixel[0][i]) - st_variance(&pixel[1][i]));
         variance += st_variance(&pixel[1][i]) / count;
     }
-    check_z("picture of the ball: mean", whole[0].mean, hypot(st_error(&whole[0]), st_error(&whole[1])), whole[1].mean,
+    check_z("picture of the ball: mean", whole[0].mean,
+            hypot(st_error(&whole[0]), st_error(&whole[1])), whole[1].mean,
             deviation * whole[1].mean, Z_LIMIT);
-    check_z("picture of the ball: variance of a sample", variance + difference.mean, st_error(&difference), variance,
-            8.0 * deviation * variance, Z_LIMIT);
+    check_z("picture of the ball: variance of a sample", variance + difference.mean,
+            st_error(&difference), variance, 8.0 * deviation * variance, Z_LIMIT);
     mesh_close(&w);
 }
 

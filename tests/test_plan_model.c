@@ -143,7 +143,7 @@ static void a_leaf_is_right_from_both_sides(void **state) {
             body_light lamp = {0, {0.0, 0.0, side ? -1.0 : 1.0}};
             body_sum truth = {0.0, 0.0, 0.0};
             uint64_t random = 77u + (uint64_t)(2 * k + side);
-            body_by_walk(&leaf, &v, &lamp, 400000, &random, &truth);
+            body_by_walk(&leaf, &v, &lamp, st_samples(400000), &random, &truth);
             snprintf(name, sizeof name, "leaf of half thickness %g, lit from %s", h,
                      side ? "behind" : "the front");
             check_z(name, face[side].mean, hypot(st_error(&face[side]), body_error(&truth)),

@@ -1,18 +1,20 @@
-/* The promises about plans: how the probes are shared out changes the variance and never the mean; stratified
-   is no noisier than independent; the variance falls as theory D4 says.
+/* The promises about plans: how the probes are shared out changes the variance and never the mean;
+   stratified is no noisier than independent; the variance falls as theory D4 says.
 
-   Comparisons: 444 z-scores (shares of probes, cells of strata, means) and 12 ratios of variances. At |z| < 5.2
-   (one-sided for the ratios) the chance that a correct header fails somewhere in this file is 456 * 2.0e-7 =
-   9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z of 7.5 or more. A share of the probes
-   that is wrong by 3 %, a cell that is wrong by 4 % and a stratified variance 8 % above the independent one
-   are seen. */
+   Comparisons: 444 z-scores (shares of probes, cells of strata, means) and 12 ratios of variances.
+   At |z| < 5.2 (one-sided for the ratios) the chance that a correct header fails somewhere in this
+   file is 456 * 2.0e-7 = 9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z
+   of 7.5 or more. A share of the probes that is wrong by 3 %, a cell that is wrong by 4 % and a
+   stratified variance 8 % above the independent one are seen, in make test one that is 16 % above.
+ */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
 #define BLOCKS  128
 #define ALL     (SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD)
 
-/* ---- Moments of one channel's estimate, and the noise of the variance from that of the blocks ---- */
+/* ---- Moments of one channel's estimate, and the noise of the variance from that of the blocks
+ * ---- */
 typedef struct sample {
     st_stat value;
     st_stat variance; /* of the blocks */
@@ -26,8 +28,8 @@ static void grey_burley(sss_medium *m, float albedo, float scale) {
     }
     assert_int_equal(sss_burley(m, a, dmfp), SSS_OK);
 }
-static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light, uint32_t name,
-                  int lookups) {
+static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
+                  uint32_t name, int lookups) {
     static st_stat stats[BLOCKS];
     int b, each = lookups / BLOCKS;
     sample result;
@@ -40,7 +42,8 @@ static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan
         for (i = 0; i < each; ++i) {
             int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * each + i)), NULL, exits);
             double sum = 0.0;
-            for (e = 0; e < n; ++e) sum += (double)exits[e].weight[1] * light(st_local(&f->frame, exits[e].position));
+            for (e = 0; e < n; ++e)
+                sum += (double)exits[e].weight[1] * light(st_local(&f->frame, exits[e].position));
             st_add(&stats[b], sum);
         }
     }
@@ -50,9 +53,11 @@ static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan
     }
     return result;
 }
-static void name_case(char *name, size_t size, const sss_plan *plan, const st_fixture *f, const char *what) {
-    snprintf(name, size, "%s: techniques %u, M %d, N %d, %s, %s", what, plan->techniques, plan->candidates, plan->exits,
-             plan->independent ? "independent" : "stratified", st_kind_name(f->kind));
+static void name_case(char *name, size_t size, const sss_plan *plan, const st_fixture *f,
+                      const char *what) {
+    snprintf(name, size, "%s: techniques %u, M %d, N %d, %s, %s", what, plan->techniques,
+             plan->candidates, plan->exits, plan->independent ? "independent" : "stratified",
+             st_kind_name(f->kind));
 }
 
 /* ---- Stratified against independent ---- */
@@ -68,7 +73,7 @@ static void stratified_and_independent_agree(void **state) {
         sss_plan plan = {8, 1, 0u, 0, 0, 0};
         sample strata, drawn;
         double error, ratio;
-        int lookups = f.kind == ST_STACK ? 200000 : 400000;
+        int lookups = st_samples(f.kind == ST_STACK ? 200000 : 400000);
         char name[160];
         plan.techniques = sets[kind / ST_KINDS];
         strata = run(&f, &m, &plan, light, TEST_SEED + (uint32_t)kind, lookups);
@@ -82,13 +87,15 @@ static void stratified_and_independent_agree(void **state) {
                              pow(st_error(&drawn.variance) / drawn.variance.mean, 2.0));
         name_case(name, sizeof name, &plan, &f, "variance of stratified over");
         check_at_most(name, ratio, 1.0 + Z_LIMIT * error);
-        check_at_most("noise of that ratio", Z_LIMIT * error, 0.08);
+        check_at_most("noise of that ratio", Z_LIMIT * error, 0.08 * st_bluntness());
     }
 }
 
-/* ---- No bias: counts that fall to zero, strata that are no power of two, exits that share the probes ----
+/* ---- No bias: counts that fall to zero, strata that are no power of two, exits that share the
+ * probes ----
  */
-static void no_bias(const st_fixture *f, const sss_medium *m, const sss_plan *plan, double truth, uint32_t name) {
+static void no_bias(const st_fixture *f, const sss_medium *m, const sss_plan *plan, double truth,
+                    uint32_t name) {
     sample got = run(f, m, plan, st_light_one, name, st_samples(4000000) / (plan->candidates + 1));
     char text[160];
     name_case(text, sizeof text, plan, f, "mean");
@@ -123,19 +130,25 @@ static void strata_of_any_number_bring_no_bias(void **state) {
         sss_plan plan = {0, 1, SSS_CHORD, 0, 0, 0};
         unit.size /= (double)0.3f;
         plan.candidates = counts[i];
-        no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit), TEST_SEED + 300u + (uint32_t)i);
+        no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit),
+                TEST_SEED + 300u + (uint32_t)i);
         plan.techniques = SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD;
-        if (i < 4) no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit), TEST_SEED + 320u + (uint32_t)i);
+        if (i < 4)
+            no_bias(&f, &m, &plan, (double)albedo * st_closed_form(&unit),
+                    TEST_SEED + 320u + (uint32_t)i);
     }
 }
 
 /* ---- Counts, as a caller sees them. Entry at the origin, normal +z. ---- */
 enum { NORMAL, TANGENT, SPHERE, CHORD, CLASSES };
-/* Disk probes lie along an axis (the two tangents count as one here), the lines of the sphere pass through
-   the point at depth 1, and none of the others does. */
+/* Disk probes lie along an axis (the two tangents count as one here), the lines of the sphere pass
+   through the point at depth 1, and none of the others does. */
 static int class_of(const sss_probe *p) {
-    st_vec o = st_double(p->origin), d = st_double(p->direction), below = st_sum(o, st_vec3(0.0, 0.0, -1.0), -1.0);
-    double along = fabs(d.x * d.x * d.y * d.y) + fabs(d.y * d.y * d.z * d.z) + fabs(d.z * d.z * d.x * d.x), t;
+    st_vec o = st_double(p->origin), d = st_double(p->direction),
+           below = st_sum(o, st_vec3(0.0, 0.0, -1.0), -1.0);
+    double along = fabs(d.x * d.x * d.y * d.y) + fabs(d.y * d.y * d.z * d.z) +
+                   fabs(d.z * d.z * d.x * d.x),
+           t;
     if (along < 1e-20) return fabs(d.z) > 0.5 ? NORMAL : TANGENT;
     t = -st_dot(below, d);
     return st_length(st_sum(below, d, t)) < 2e-5 && p->length > 4.0f ? SPHERE : CHORD;
@@ -145,8 +158,8 @@ static double share_of(unsigned techniques, int c) {
     for (i = 0; i < 4; ++i) n += (int)(techniques >> i & 1u);
     return techniques >> c & 1u ? 1.0 / n : 0.0;
 }
-/* The probes of one lookup by class and by j mod N; returns their number, which lacks the few beyond the
- * ball. */
+/* The probes of one lookup by class and by j mod N; returns their number, which lacks the few
+ * beyond the ball. */
 static int count_probes(const sss_medium *m, const sss_plan *plan, uint32_t seed,
                         double count[CLASSES][SSS_MAX_EXITS]) {
     sss_resampler s;
@@ -154,8 +167,10 @@ static int count_probes(const sss_medium *m, const sss_plan *plan, uint32_t seed
     int c, i, probes = 0;
     for (c = 0; c < CLASSES; ++c)
         for (i = 0; i < SSS_MAX_EXITS; ++i) count[c][i] = 0.0;
-    sss_begin(&s, m, plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)), seed);
-    for (; sss_next_probe(&s, &probe); ++probes) count[class_of(&probe)][probes % plan->exits] += 1.0;
+    sss_begin(&s, m, plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)),
+              seed);
+    for (; sss_next_probe(&s, &probe); ++probes)
+        count[class_of(&probe)][probes % plan->exits] += 1.0;
     return probes;
 }
 static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t name) {
@@ -164,16 +179,19 @@ static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t nam
     uint32_t seed;
     char text[160];
     int c, i;
-    snprintf(text, sizeof text, "probes of a technique: techniques %u, M %d, N %d, %s", plan->techniques,
-             plan->candidates, plan->exits, plan->independent ? "independent" : "stratified");
+    snprintf(text, sizeof text, "probes of a technique: techniques %u, M %d, N %d, %s",
+             plan->techniques, plan->candidates, plan->exits,
+             plan->independent ? "independent" : "stratified");
     for (seed = 0; seed < 40000; ++seed) {
         int probes = count_probes(m, plan, sss_hash(name, seed), count);
         for (c = 0; c < CLASSES; ++c) {
             double expected = plan->candidates * share_of(plan->techniques, c), sum = 0.0;
             for (i = 0; i < plan->exits; ++i) {
                 sum += count[c][i];
-                if (probes == plan->candidates && !plan->independent) /* the two tangents are two techniques */
-                    check_near(text, count[c][i], expected / plan->exits, c == TANGENT ? 1.99999 : 0.99999);
+                if (probes == plan->candidates &&
+                    !plan->independent) /* the two tangents are two techniques */
+                    check_near(text, count[c][i], expected / plan->exits,
+                               c == TANGENT ? 1.99999 : 0.99999);
             }
             st_add(&totals[c], sum);
             if (probes == plan->candidates && !plan->independent)
@@ -181,12 +199,14 @@ static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t nam
         }
     }
     for (c = 0; c < CLASSES; ++c) { /* of a disk's probes 1e-4 lie beyond the ball */
-        double expected = plan->candidates * share_of(plan->techniques, c) * (c <= TANGENT ? 1.0 - 1e-4 : 1.0);
+        double expected =
+            plan->candidates * share_of(plan->techniques, c) * (c <= TANGENT ? 1.0 - 1e-4 : 1.0);
         check_z(text, totals[c].mean, st_error(&totals[c]), expected, 2e-5 * expected, Z_LIMIT);
     }
 }
 static void probes_are_shared_as_stated(void **state) {
-    static const unsigned sets[] = {ALL, SSS_DISK | SSS_CHORD, SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD};
+    static const unsigned sets[] = {ALL, SSS_DISK | SSS_CHORD,
+                                    SSS_DISK | SSS_DISK_TANGENTS | SSS_CHORD};
     static const int candidates[] = {1, 2, 3, 4, 5, 6, 7, 8, 13, 16};
     const sss_plan none = {0, 0, 0u, 0, 0, 0};
     sss_medium m;
@@ -202,18 +222,21 @@ static void probes_are_shared_as_stated(void **state) {
                 plan.techniques = sets[t];
                 plan.exits = i == 7 || i == 9 ? 4 : i == 3 ? 2 : 1;
                 plan.independent = independent;
-                check_counts(&m, &plan, TEST_SEED + 400u + (uint32_t)(20 * t + 2 * i) + (uint32_t)independent);
+                check_counts(&m, &plan,
+                             TEST_SEED + 400u + (uint32_t)(20 * t + 2 * i) + (uint32_t)independent);
             }
 }
 
-/* ---- Strata leave no pattern: radius and angle of a probe are independent, whatever the number of strata ---- */
-/* Where a probe's radius lies in its distribution, and its angle about the normal, both in 0..1. Burley, d = 1: the
-   disk's radius has the tail (e^-r + 3 e^(-r/3)) / 4, the chord's sphere 3/4 e (1 + t/2) + 1/4 e^3 (1 + 3t/2), e = e^-t
-   and t = rho / 3. */
+/* ---- Strata leave no pattern: radius and angle of a probe are independent, whatever the number of
+ * strata ---- */
+/* Where a probe's radius lies in its distribution, and its angle about the normal, both in 0..1.
+   Burley, d = 1: the disk's radius has the tail (e^-r + 3 e^(-r/3)) / 4, the chord's sphere 3/4 e
+   (1 + t/2) + 1/4 e^3 (1 + 3t/2), e = e^-t and t = rho / 3. */
 static void ranks_of(const sss_probe *p, int chord, double *radius, double *angle) {
     st_vec o = st_double(p->origin);
     double t = (chord ? st_length(o) : sqrt(o.x * o.x + o.y * o.y)) / 3.0, e = exp(-t);
-    *radius = chord ? 0.75 * e * (1.0 + 0.5 * t) + 0.25 * e * e * e * (1.0 + 1.5 * t) : 0.25 * e * (e * e + 3.0);
+    *radius = chord ? 0.75 * e * (1.0 + 0.5 * t) + 0.25 * e * e * e * (1.0 + 1.5 * t)
+                    : 0.25 * e * (e * e + 3.0);
     *angle = atan2(o.y, o.x) / (2.0 * ST_PI) + 0.5;
 }
 static void check_table(const sss_medium *m, unsigned technique, int strata, uint32_t name) {
@@ -233,14 +256,15 @@ static void check_table(const sss_medium *m, unsigned technique, int strata, uin
                   sss_hash(name, seed));
         while (sss_next_probe(&s, &probe)) {
             ranks_of(&probe, technique == SSS_CHORD, &radius, &angle);
-            i = (int)fmin(radius * strata, strata - 1.0) * strata + (int)fmin(angle * strata, strata - 1.0);
+            i = (int)fmin(radius * strata, strata - 1.0) * strata +
+                (int)fmin(angle * strata, strata - 1.0);
             count[i] += 1.0;
         }
         for (i = 0; i < strata * strata; ++i) st_add(&cells[i], count[i]);
     }
     for (i = 0; i < strata * strata; ++i) {
-        snprintf(text, sizeof text, "technique %u, M %d, radius %d and angle %d", technique, strata, i / strata,
-                 i % strata);
+        snprintf(text, sizeof text, "technique %u, M %d, radius %d and angle %d", technique, strata,
+                 i / strata, i % strata);
         check_z(text, cells[i].mean, st_error(&cells[i]), 1.0 / strata, 1e-3 / strata, Z_LIMIT);
     }
 }
@@ -255,7 +279,8 @@ static void strata_leave_no_pattern(void **state) {
     }
 }
 
-/* ---- D4: independent probes with at most one hit, one exit: variance = V_S / M + (1 - 1 / M) V_g ---- */
+/* ---- D4: independent probes with at most one hit, one exit: variance = V_S / M + (1 - 1 / M) V_g
+ * ---- */
 typedef struct law {
     sss_resampler s;
     st_profile profile;
@@ -278,7 +303,8 @@ static void variance_follows_the_law(void **state) {
     (void)state;
     grey_burley(&m, albedo, 1.0f);
     for (t = 0; t < 2; ++t)
-        for (i = 0; i < 5; ++i) {
+        for (i = 0; i < (st_is_long() ? 5u : 4u);
+             ++i) { /* 64 candidates cost as much as all others */
             sss_plan plan = {0, 1, 0u, 1, 0, 0};
             double mean, v_s, v_g, expected;
             sample got;
@@ -300,12 +326,13 @@ static void variance_follows_the_law(void **state) {
             got = run(&f, &m, &plan, l.light, TEST_SEED + 600u + (uint32_t)(10 * t + i), 300000);
             name_case(name, sizeof name, &plan, &f, "variance");
             check_relative(name, got.variance.mean, expected, 0.05);
-            check_at_most("noise of that variance", Z_LIMIT * st_error(&got.variance) / expected, 0.05);
+            check_at_most("noise of that variance", Z_LIMIT * st_error(&got.variance) / expected,
+                          0.05);
         }
 }
 
-/* ---- One disk probe, which sss_plan_for may ask for: on a sphere of radius r_max it has the whole integral but the
-   tail, and no more variance than eight candidates of the default mix. ---- */
+/* ---- One disk probe, which sss_plan_for may ask for: on a sphere of radius r_max it has the whole
+   integral but the tail, and no more variance than eight candidates of the default mix. ---- */
 static void one_probe_is_enough_where_it_is_flat(void **state) {
     sss_medium m;
     st_fixture f = st_standard(ST_SPHERE, st_moved());
@@ -317,17 +344,22 @@ static void one_probe_is_enough_where_it_is_flat(void **state) {
     assert_true((double)m.r_max > 0.95 * f.size && (double)m.r_max <= f.size);
     truth = (double)sss_within(&m, 1, 2.0f * (float)f.size);
     one = run(&f, &m, &plan, st_light_one, TEST_SEED + 700u, 2000000);
-    check_near("mean of one probe", one.value.mean, truth, 1e-4 * truth + Z_LIMIT * st_error(&one.value));
+    check_near("mean of one probe", one.value.mean, truth,
+               1e-4 * truth + Z_LIMIT * st_error(&one.value));
     eight = run(&f, &m, NULL, st_light_one, TEST_SEED + 701u, 200000);
     check_at_most("variance of one probe", one.variance.mean,
-                  eight.variance.mean + Z_LIMIT * (st_error(&one.variance) + st_error(&eight.variance)));
+                  eight.variance.mean +
+                      Z_LIMIT * (st_error(&one.variance) + st_error(&eight.variance)));
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(probes_are_shared_as_stated),          cmocka_unit_test(strata_leave_no_pattern),
-        cmocka_unit_test(drawn_counts_bring_no_bias),           cmocka_unit_test(strata_of_any_number_bring_no_bias),
-        cmocka_unit_test(stratified_and_independent_agree),     cmocka_unit_test(variance_follows_the_law),
+        cmocka_unit_test(probes_are_shared_as_stated),
+        cmocka_unit_test(strata_leave_no_pattern),
+        cmocka_unit_test(drawn_counts_bring_no_bias),
+        cmocka_unit_test(strata_of_any_number_bring_no_bias),
+        cmocka_unit_test(stratified_and_independent_agree),
+        cmocka_unit_test(variance_follows_the_law),
         cmocka_unit_test(one_probe_is_enough_where_it_is_flat),
     };
     return cmocka_run_group_tests_name("plans", tests, NULL, st_report);

@@ -1,8 +1,9 @@
-// test_random.c - the random numbers are uniform, and do not know of each other. SPDX-License-Identifier: MIT
+// test_random.c - the random numbers are uniform, and do not know of each other.
+// SPDX-License-Identifier: MIT
 //
-// All seeds are fixed, so a result never changes by itself. Every statistic is turned into a z-score, limit
-// LIMIT: of the 3000 or so of them a perfect generator fails with a probability of 3000 * 6.8e-6 = 2 % in
-// all, once and for all.
+// All seeds are fixed, so a result never changes by itself. Every statistic is turned into a
+// z-score, limit LIMIT: of the 3000 or so of them a perfect generator fails with a probability of
+// 3000 * 6.8e-6 = 2 % in all, once and for all.
 #include "sss_test.h"
 
 #define LIMIT 4.5
@@ -20,7 +21,8 @@ static void check_score(const char *what, double z) {
 static double chi_score(const long *counts, int bins, double n) {
     double sum = 0.0, k = bins - 1.0, expected = n / bins;
     int i;
-    for (i = 0; i < bins; ++i) sum += ((double)counts[i] - expected) * ((double)counts[i] - expected) / expected;
+    for (i = 0; i < bins; ++i)
+        sum += ((double)counts[i] - expected) * ((double)counts[i] - expected) / expected;
     return (cbrt(sum / k) - (1.0 - 2.0 / (9.0 * k))) / sqrt(2.0 / (9.0 * k));
 }
 
@@ -40,7 +42,8 @@ static void add_pair(pairs *p, float x, float y) {
 }
 
 static double correlation(const pairs *p) {
-    double cov = p->xy - p->x * p->y / p->n, vx = p->xx - p->x * p->x / p->n, vy = p->yy - p->y * p->y / p->n;
+    double cov = p->xy - p->x * p->y / p->n, vx = p->xx - p->x * p->x / p->n,
+           vy = p->yy - p->y * p->y / p->n;
     return cov / sqrt(vx * vy);
 }
 
@@ -51,14 +54,16 @@ static void test_ends(void **state) {
     assert_true(sssi_unit(0u) > 0.0f && sssi_unit(0xffffffffu) < 1.0f);
     assert_true(sssi_unit(0x1ffu) == sssi_unit(0u) && sssi_unit(0x200u) > sssi_unit(0u));
     assert_true((double)sssi_unit(0u) + (double)sssi_unit(0xffffffffu) == 1.0);
-    assert_true(sssi_open(0.0f) > 0.0f && sssi_open(1.0f) < 1.0f && sssi_open(-1.0f) > 0.0f && sssi_open(2.0f) < 1.0f);
+    assert_true(sssi_open(0.0f) > 0.0f && sssi_open(1.0f) < 1.0f && sssi_open(-1.0f) > 0.0f &&
+                sssi_open(2.0f) < 1.0f);
     assert_true(sssi_open(NAN) > 0.0f && sssi_open(NAN) < 1.0f);
 }
 
 #define PIXELS  1024u
 #define SAMPLES 1024u
 
-// Mean, variance and histogram of a million numbers, in the order in which a renderer asks for them.
+// Mean, variance and histogram of a million numbers, in the order in which a renderer asks for
+// them.
 static void test_uniform(void **state) {
     double n = PIXELS * SAMPLES, sum = 0.0, squares = 0.0;
     long counts[256] = {0}, low[256] = {0};
@@ -114,17 +119,19 @@ static void test_avalanche(void **state) {
                  b = (uint32_t)(4294967296.0 * st_random(2u * t + 1u));
         uint32_t h = sss_hash(a, b);
         for (in = 0; in < 64; ++in) {
-            uint32_t d = h ^ (in < 32 ? sss_hash(a ^ (1u << in), b) : sss_hash(a, b ^ (1u << (in - 32))));
+            uint32_t d =
+                h ^ (in < 32 ? sss_hash(a ^ (1u << in), b) : sss_hash(a, b ^ (1u << (in - 32))));
             for (out = 0; out < 32; ++out) flips[in][out] += d >> out & 1u;
         }
     }
     for (in = 0; in < 64; ++in)
         for (out = 0; out < 32; ++out)
-            check_score("avalanche", ((double)flips[in][out] - TRIES / 2.0) / (0.5 * sqrt((double)TRIES)));
+            check_score("avalanche",
+                        ((double)flips[in][out] - TRIES / 2.0) / (0.5 * sqrt((double)TRIES)));
 }
 
-// Numbers with neighbouring names fill the square evenly over seeds: names that differ in a few of their bits, as those
-// of dimensions, of a walk's scatterings and of picks do.
+// Numbers with neighbouring names fill the square evenly over seeds: names that differ in a few of
+// their bits, as those of dimensions, of a walk's scatterings and of picks do.
 static void square_of(uint32_t name, uint32_t other) {
     enum { SIDE = 32, SEEDS = 1 << 19 };
     static long counts[SIDE * SIDE];
@@ -152,7 +159,8 @@ static void test_names_are_independent(void **state) {
     for (a = 0; a < 16u; ++a) square_of(0x70000000u + a, 0x78000000u + a);
 }
 
-// One of n classes, each as likely, and what is left is uniform again, and knows nothing of the class.
+// One of n classes, each as likely, and what is left is uniform again, and knows nothing of the
+// class.
 static void test_classes(void **state) {
     int n;
     (void)state;
@@ -203,7 +211,8 @@ static sssi_place independent_place(int j) {
 static const int dimensions[] = {0,         SSSI_CHANNEL, SSSI_PART,   SSSI_RADIUS, SSSI_TURN,
                                  SSSI_SIDE, SSSI_COSINE,  SSSI_TURN_B, SSSI_RADIUS, SSSI_TURN};
 static float dimension(uint32_t seed, int k, int n, uint32_t dim) {
-    return number(seed, place_in_lattice(dim > 7u ? SSSI_CHORD : SSSI_NORMAL, k, n), dimensions[dim]);
+    return number(seed, place_in_lattice(dim > 7u ? SSSI_CHORD : SSSI_NORMAL, k, n),
+                  dimensions[dim]);
 }
 
 static int compare_floats(const void *a, const void *b) {
@@ -213,7 +222,8 @@ static int compare_floats(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-// Sorted, number i lies within stratum i. Rounding may push it on the edge: i + u has ulps of n / 2^24.
+// Sorted, number i lies within stratum i. Rounding may push it on the edge: i + u has ulps of n /
+// 2^24.
 static void test_strata(void **state) {
     uint32_t seed, dim;
     int n, k;
@@ -228,7 +238,8 @@ static void test_strata(void **state) {
                 for (k = 0; k < n; ++k) {
                     double x = (double)u[k] * n;
                     if (!(u[k] > 0.0f && u[k] < 1.0f && x >= k - edge && x <= k + 1 + edge))
-                        fail_msg("n %d, seed %u, dimension %u: stratum %d holds %.8g", n, seed, dim, k, x);
+                        fail_msg("n %d, seed %u, dimension %u: stratum %d holds %.8g", n, seed, dim,
+                                 k, x);
                 }
             }
         }
@@ -264,7 +275,8 @@ static void test_strata_are_uniform(void **state) {
     }
 }
 
-// The strata of two dimensions of one probe fill the square evenly: correlation zero would not say as much.
+// The strata of two dimensions of one probe fill the square evenly: correlation zero would not say
+// as much.
 static void test_dimensions_are_independent(void **state) {
     enum { SEEDS = 20000 };
     static const int sizes[] = {1, 4, 7, 8};
@@ -278,7 +290,8 @@ static void test_dimensions_are_independent(void **state) {
                 pairs p = {0, 0, 0, 0, 0, 0};
                 int n = sizes[i], k = (int)(a + b) % n, bins = n == 1 ? 8 : n;
                 for (seed = 0; seed < SEEDS; ++seed) {
-                    float x = dimension(sss_hash(seed, 5u), k, n, a), y = dimension(sss_hash(seed, 5u), k, n, b);
+                    float x = dimension(sss_hash(seed, 5u), k, n, a),
+                          y = dimension(sss_hash(seed, 5u), k, n, b);
                     add_pair(&p, x, y);
                     ++counts[stratum(x, bins) * bins + stratum(y, bins)];
                 }
@@ -301,7 +314,8 @@ static void test_orders_are_independent(void **state) {
                 int k;
                 for (k = 0; k < 8; ++k) {
                     uint32_t s = sss_hash(seed, 6u);
-                    sum += ((double)dimension(s, k, 8, a) - 0.5) * ((double)dimension(s, k, 8, b) - 0.5);
+                    sum += ((double)dimension(s, k, 8, a) - 0.5) *
+                           ((double)dimension(s, k, 8, b) - 0.5);
                 }
                 st_add(&slope, sum);
             }
@@ -328,8 +342,9 @@ static void test_independent_probes(void **state) {
     }
 }
 
-// The number that picks a hit, seen through the pick itself: of two hits of equal weight the second is taken
-// in half of the lookups, whatever radius its probe had. A number that served both would show at once.
+// The number that picks a hit, seen through the pick itself: of two hits of equal weight the second
+// is taken in half of the lookups, whatever radius its probe had. A number that served both would
+// show at once.
 static void pick_against_radius(unsigned technique, int t, int of) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
     const sss_vec3 up = {0.0f, 0.0f, 1.0f}, at = {0.3f, 0.0f, 0.0f}, also = {0.0f, 0.3f, 0.0f};
@@ -375,7 +390,8 @@ static void test_pick(void **state) {
 
 static int report(void **state) {
     (void)state;
-    print_message("%d z-scores, worst %.2f; false alarms %.1g\n", z_count, worst_z, z_count * erfc(LIMIT / sqrt(2.0)));
+    print_message("%d z-scores, worst %.2f; false alarms %.1g\n", z_count, worst_z,
+                  z_count * erfc(LIMIT / sqrt(2.0)));
     return 0;
 }
 

@@ -53,7 +53,8 @@ static void expect_black(const char *name, const sss_medium *m) {
     check_equal(name, sss_intensity(&s, origin, up) == 0.0f, 1);
 }
 
-static void expect_made(const char *name, int which, const float *a, const float *b, float eta, sss_result expected) {
+static void expect_made(const char *name, int which, const float *a, const float *b, float eta,
+                        sss_result expected) {
     sss_medium m;
     memset(&m, 0xff, sizeof m); // NaN all over: the constructor must not leave any of it
     check_equal(name, (long)make(which, &m, a, b, eta), (long)expected);
@@ -64,13 +65,16 @@ static void expect_made(const char *name, int which, const float *a, const float
 static void wrong_field(int which, int field, float wrong) {
     float a[3] = {0.8f, 0.5f, 0.3f}, b[3] = {1.0f, 0.4f, 0.1f}, eta = 1.33f;
     int by_albedo = which != DIPOLE && which != BETTER;
-    sss_result expected = field < 3 && by_albedo ? SSS_BAD_ALBEDO : field < 6 ? SSS_BAD_LENGTH : SSS_BAD_ETA;
+    sss_result expected = field < 3 && by_albedo ? SSS_BAD_ALBEDO
+                          : field < 6            ? SSS_BAD_LENGTH
+                                                 : SSS_BAD_ETA;
     char name[80];
     if (field < 3) a[field] = wrong;
     else if (field < 6) b[field - 3] = wrong;
     else eta = wrong;
     if (expected == SSS_BAD_ALBEDO ? wrong == 1e-13f : wrong == 2.0f) expected = SSS_OK;
-    if (field == 6 && (which == BURLEY || which == BURLEY_MFP)) expected = SSS_OK; // they take no eta
+    if (field == 6 && (which == BURLEY || which == BURLEY_MFP))
+        expected = SSS_OK; // they take no eta
     snprintf(name, sizeof name, "constructor %d, field %d = %g", which, field, (double)wrong);
     expect_made(name, which, a, b, eta, expected);
 }
@@ -105,17 +109,21 @@ static void test_names(void **state) {
     (void)state;
     for (i = SSS_OK; i <= SSS_BAD_PLAN + 1; ++i) {
         const char *text = sss_result_string((sss_result)i);
-        assert_true(text && strlen(text) > 1 && !strchr(text, '\n') && text[strlen(text) - 1] != '.');
-        for (k = SSS_OK; k < i; ++k) assert_string_not_equal(text, sss_result_string((sss_result)k));
+        assert_true(text && strlen(text) > 1 && !strchr(text, '\n') &&
+                    text[strlen(text) - 1] != '.');
+        for (k = SSS_OK; k < i; ++k)
+            assert_string_not_equal(text, sss_result_string((sss_result)k));
     }
-    assert_string_equal(sss_result_string((sss_result)77), sss_result_string((sss_result)(SSS_BAD_PLAN + 1)));
+    assert_string_equal(sss_result_string((sss_result)77),
+                        sss_result_string((sss_result)(SSS_BAD_PLAN + 1)));
 }
 
 // ---- Lookups that are refused
 
-static void expect_refused(const char *name, const sss_plan *plan, sss_vec3 position, sss_vec3 normal,
-                           sss_result expected) {
-    static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.0f, 0.1f}; // Lambert among live channels
+static void expect_refused(const char *name, const sss_plan *plan, sss_vec3 position,
+                           sss_vec3 normal, sss_result expected) {
+    static const float albedo[3] = {0.8f, 0.5f, 0.3f},
+                       length[3] = {1.0f, 0.0f, 0.1f}; // Lambert among live channels
     sss_medium m;
     sss_resampler s;
     sss_probe probe;
@@ -139,14 +147,16 @@ static sss_plan plan_of(int candidates, int exits, unsigned techniques, int inde
 }
 
 static void test_bad_plans(void **state) {
-    static const unsigned techniques[] = {SSS_WALK | SSS_DISK, SSS_LAMBERT | SSS_CHORD, SSS_WALK | SSS_LAMBERT, 64u,
-                                          0x80000000u,         0xffffffffu};
+    static const unsigned techniques[] = {
+        SSS_WALK | SSS_DISK, SSS_LAMBERT | SSS_CHORD, SSS_WALK | SSS_LAMBERT, 64u, 0x80000000u,
+        0xffffffffu};
     static const int counts[] = {-1, INT32_MIN, INT32_MAX, 0};
     int i;
     (void)state;
     for (i = 0; i < 6; ++i) {
         sss_plan plan = plan_of(8, 1, techniques[i], 0);
-        expect_refused("unknown technique, or one that stands alone beside others", &plan, origin, up, SSS_BAD_PLAN);
+        expect_refused("unknown technique, or one that stands alone beside others", &plan, origin,
+                       up, SSS_BAD_PLAN);
     }
     for (i = 0; i < 4; ++i) {
         sss_plan plan = plan_of(counts[i] ? counts[i] : SSS_MAX_CANDIDATES + 1, 1, 0u, 0);
@@ -157,7 +167,8 @@ static void test_bad_plans(void **state) {
     for (i = 2; i <= SSS_MAX_EXITS; ++i) {
         sss_plan plan = plan_of(8, i, 0u, 0);
         plan.per_channel = 1;
-        expect_refused("several exits beside one for each channel", &plan, origin, up, SSS_BAD_PLAN);
+        expect_refused("several exits beside one for each channel", &plan, origin, up,
+                       SSS_BAD_PLAN);
     }
 }
 
@@ -167,10 +178,13 @@ static void test_bad_points(void **state) {
     sss_resampler s;
     int i, k;
     (void)state;
-    assert_int_equal(sss_begin(&s, &m, NULL, vector(1e30f, -1e30f, 1e30f), vector(1e38f, 0.0f, 1.0f), 1u), SSS_OK);
+    assert_int_equal(
+        sss_begin(&s, &m, NULL, vector(1e30f, -1e30f, 1e30f), vector(1e38f, 0.0f, 1.0f), 1u),
+        SSS_OK);
     for (i = 0; i < 5; ++i) {
         for (k = 0; k < 3; ++k) {
-            sss_vec3 v = vector(k == 0 ? wrong[i] : 1.0f, k == 1 ? wrong[i] : 1.0f, k == 2 ? wrong[i] : 1.0f);
+            sss_vec3 v = vector(k == 0 ? wrong[i] : 1.0f, k == 1 ? wrong[i] : 1.0f,
+                                k == 2 ? wrong[i] : 1.0f);
             expect_refused("position", NULL, v, up, SSS_BAD_POSITION);
             if (i < 3) expect_refused("normal", NULL, origin, v, SSS_BAD_NORMAL);
         }
@@ -181,15 +195,16 @@ static void test_bad_points(void **state) {
 
 // ---- Hits
 
-// Hits on the plane z = 0 of every probe, and before and after each of them the bad one, if any. An exit says which call
-// it was: that is compared here and forgotten, so that lookups with other calls can be compared.
+// Hits on the plane z = 0 of every probe, and before and after each of them the bad one, if any. An
+// exit says which call it was: that is compared here and forgotten, so that lookups with other
+// calls can be compared.
 typedef struct bad_hit {
     sss_vec3 position, normal;
     float light;
 } bad_hit;
 
-static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, const bad_hit *bad, float light,
-                   sss_exit *exits) {
+static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, const bad_hit *bad,
+                   float light, sss_exit *exits) {
     st_fixture plane = st_standard(ST_PLANE, st_stay());
     st_hit hits[ST_MAX_HITS];
     sss_resampler s;
@@ -211,7 +226,8 @@ static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, con
     n = sss_finish(&s, exits);
     for (i = 0; i < n; ++i) {
         assert_in_range(exits[i].hit + 1, 0, calls);
-        assert_memory_equal(&exits[i].position, exits[i].hit < 0 ? &origin : &called[exits[i].hit], sizeof origin);
+        assert_memory_equal(&exits[i].position, exits[i].hit < 0 ? &origin : &called[exits[i].hit],
+                            sizeof origin);
         exits[i].hit = 0;
     }
     return n;
@@ -220,7 +236,8 @@ static int look_up(const sss_medium *m, const sss_plan *plan, uint32_t seed, con
 static void expect_ignored(const sss_medium *m, bad_hit bad) {
     uint32_t seed;
     for (seed = 0; seed < 40u; ++seed) {
-        sss_plan plan = plan_of((int)(seed % 9u), (int)(seed % (SSS_MAX_EXITS + 1u)), seed % 16u, (int)(seed / 20u));
+        sss_plan plan = plan_of((int)(seed % 9u), (int)(seed % (SSS_MAX_EXITS + 1u)), seed % 16u,
+                                (int)(seed / 20u));
         sss_exit with[SSS_MAX_EXITS], without[SSS_MAX_EXITS];
         int n = look_up(m, &plan, seed, NULL, 0.7f, without);
         assert_int_equal(look_up(m, &plan, seed, &bad, 0.7f, with), n);
@@ -293,7 +310,8 @@ static void test_finish_twice(void **state) {
         st_hit hits[ST_MAX_HITS];
         assert_int_equal(sss_begin(&s, &m, &plan, origin, up, seed), SSS_OK);
         while (sss_next_probe(&s, &probe))
-            if (st_trace(&plane, &probe, hits)) sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f);
+            if (st_trace(&plane, &probe, hits))
+                sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f);
         memset(a, 0, sizeof a);
         memset(b, 0, sizeof b);
         assert_int_equal(sss_finish(&s, a), sss_finish(&s, b));
@@ -302,7 +320,8 @@ static void test_finish_twice(void **state) {
     }
 }
 
-// Probe j feeds exit j mod N: hits say in their place which probe found them, and chords all have a segment.
+// Probe j feeds exit j mod N: hits say in their place which probe found them, and chords all have a
+// segment.
 static void test_probes_feed_exits_in_turn(void **state) {
     static const float albedo[3] = {0.8f, 0.5f, 0.3f}, length[3] = {1.0f, 0.4f, 0.1f};
     sss_medium m;
@@ -310,7 +329,8 @@ static void test_probes_feed_exits_in_turn(void **state) {
     (void)state;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
     for (seed = 0; seed < 300u; ++seed) {
-        int exits = 1 + (int)(seed % SSS_MAX_EXITS), candidates = exits + (int)(seed % 20u), probes = 0, i, n;
+        int exits = 1 + (int)(seed % SSS_MAX_EXITS), candidates = exits + (int)(seed % 20u),
+            probes = 0, i, n;
         sss_plan plan = plan_of(candidates, exits, SSS_CHORD, (int)(seed / 150u));
         sss_resampler s;
         sss_probe probe;
@@ -322,7 +342,8 @@ static void test_probes_feed_exits_in_turn(void **state) {
         n = sss_finish(&s, out);
         assert_int_equal(n, exits);
         for (i = 0; i < n; ++i)
-            check_equal("exit of a probe", ((int)(100.0f * out[i].position.x + 0.5f) - 1) % exits, i);
+            check_equal("exit of a probe", ((int)(100.0f * out[i].position.x + 0.5f) - 1) % exits,
+                        i);
     }
 }
 
@@ -335,7 +356,8 @@ static void test_black_lookup(void **state) {
     (void)state;
     for (which = 0; which < CONSTRUCTORS; ++which) {
         int coefficients = which == DIPOLE || which == BETTER;
-        assert_int_equal(make(which, &m, coefficients ? one : zero, coefficients ? zero : one, 1.4f), SSS_OK);
+        assert_int_equal(
+            make(which, &m, coefficients ? one : zero, coefficients ? zero : one, 1.4f), SSS_OK);
         expect_black("black", &m);
     }
     assert_int_equal(sss_dipole(&m, zero, zero, 1.4f), SSS_OK);
@@ -359,13 +381,14 @@ static void test_lambert_lookup(void **state) {
         assert_int_equal(sss_next_probe(&s, &probe), 0);
         assert_int_equal(sss_finish(&s, exits), 1);
         assert_memory_equal(&exits[0].position, &x, sizeof x);
-        assert_true(exits[0].normal.x == 0.0f && exits[0].normal.y == 0.0f && exits[0].normal.z == -1.0f);
+        assert_true(exits[0].normal.x == 0.0f && exits[0].normal.y == 0.0f &&
+                    exits[0].normal.z == -1.0f);
         for (c = 0; c < 3; ++c) assert_true(exits[0].weight[c] == albedo[c]);
     }
 }
 
-// A Lambert and a black channel beside a live one: the entry bears light in the first alone, the surface in
-// the last.
+// A Lambert and a black channel beside a live one: the entry bears light in the first alone, the
+// surface in the last.
 static void test_mixed_lookup(void **state) {
     static const float albedo[3] = {0.8f, 0.0f, 0.3f}, length[3] = {0.0f, 1.0f, 0.5f};
     sss_medium m;
@@ -385,7 +408,8 @@ static void test_mixed_lookup(void **state) {
             sum += (double)exits[i].weight[0];
         }
     }
-    // Of a weight that is 0 or about twice the albedo the mean over 4000 has 1.6 % of noise: five of them
+    // Of a weight that is 0 or about twice the albedo the mean over 4000 has 1.6 % of noise: five
+    // of them
     assert_in_range(entries, 1000, 3000);
     check_near("mean weight of Lambert's channel", sum / 4000.0, 0.8, 0.8 * 0.08);
 }
@@ -403,7 +427,8 @@ static int exits_are_sound(const sss_exit *exits, int n) {
 }
 
 // One hit on every probe, at a distance r from the entry. Returns whether all exits are finite.
-static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float light, uint32_t seed, float *weight) {
+static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float light, uint32_t seed,
+                  float *weight) {
     sss_resampler s;
     sss_probe probe;
     sss_exit exits[SSS_MAX_EXITS];
@@ -413,7 +438,8 @@ static int hit_at(const sss_medium *m, const sss_plan *plan, float r, float ligh
     while (sss_next_probe(&s, &probe)) sss_add_hit(&s, at, n, light);
     count = sss_finish(&s, exits);
     *weight = count ? exits[0].weight[0] : 0.0f;
-    return exits_are_sound(exits, count) && is_finite(sss_intensity(&s, at, n)) && sss_intensity(&s, at, n) >= 0.0f;
+    return exits_are_sound(exits, count) && is_finite(sss_intensity(&s, at, n)) &&
+           sss_intensity(&s, at, n) >= 0.0f;
 }
 
 static void sweep_distance(int flush) {
@@ -426,11 +452,14 @@ static void sweep_distance(int flush) {
         st_flush_denormals(flush);
         for (techniques = 0; techniques < 16u; ++techniques) {
             for (k = 0; k < 800 * 3; ++k) {
-                float r = (float)pow(10.0, k / 3 < 300 ? k / 3 / 100.0 - 1.0 : (k / 3 - 300) / 14.0 + 2.0), weight;
+                float r = (float)pow(10.0, k / 3 < 300 ? k / 3 / 100.0 - 1.0
+                                                       : (k / 3 - 300) / 14.0 + 2.0),
+                      weight;
                 sss_plan plan = plan_of(8, 1, techniques, 0);
                 if (hit_at(&m, &plan, r, lights[k % 3], techniques + 1u, &weight)) continue;
                 if (!broken++)
-                    snprintf(first, sizeof first, "constructor %d, techniques %u, r %g, light %g: weight %g", which,
+                    snprintf(first, sizeof first,
+                             "constructor %d, techniques %u, r %g, light %g: weight %g", which,
                              techniques, (double)r, (double)lights[k % 3], (double)weight);
             }
         }
@@ -450,7 +479,8 @@ static void test_far_hits_flushed(void **state) {
     sweep_distance(1);
 }
 
-// At the entry exactly and next to it: finite, and within the bound of a chord's hit: 8 hits of a probe in 8.
+// At the entry exactly and next to it: finite, and within the bound of a chord's hit: 8 hits of a
+// probe in 8.
 static void test_hit_at_the_entry(void **state) {
     static const float near_by[] = {0.0f, 1e-45f, 1e-38f, 1e-20f, 1e-10f, 1e-7f, 1e-6f};
     sss_plan plan = plan_of(8, 1, SSS_CHORD, 0);
@@ -468,8 +498,8 @@ static void test_hit_at_the_entry(void **state) {
     }
 }
 
-// Where all lines of the sphere meet their density is infinite: nothing is found there, and beside it all is finite,
-// for the narrow channel of a wide medium too.
+// Where all lines of the sphere meet their density is infinite: nothing is found there, and beside
+// it all is finite, for the narrow channel of a wide medium too.
 static void test_hit_at_the_sphere(void **state) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1e-9f, 1e-5f};
     sss_plan plan = plan_of(8, 1, SSS_SPHERE, 0);
@@ -486,14 +516,14 @@ static void test_hit_at_the_sphere(void **state) {
             assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 1u), SSS_OK);
             while (sss_next_probe(&s, &probe)) sss_add_hit(&s, x, up, 1.0f);
             if (!is_finite(sss_intensity(&s, x, up)))
-                fail_msg("channel %d, %d roundings beside the sphere's origin: intensity %g", c, step,
-                         (double)sss_intensity(&s, x, up));
+                fail_msg("channel %d, %d roundings beside the sphere's origin: intensity %g", c,
+                         step, (double)sss_intensity(&s, x, up));
             assert_true(exits_are_sound(exits, sss_finish(&s, exits)));
         }
 }
 
-// Disk probes about one axis see a face along it with next to no density: the sum of such weights must stay
-// finite.
+// Disk probes about one axis see a face along it with next to no density: the sum of such weights
+// must stay finite.
 static void test_sum_of_weights_overflows(void **state) {
     sss_medium m = skin(BURLEY);
     sss_plan plan = plan_of(8, 1, SSS_DISK, 0);
@@ -506,7 +536,8 @@ static void test_sum_of_weights_overflows(void **state) {
         int i, n;
         assert_int_equal(sss_begin(&s, &m, &plan, origin, up, 5u), SSS_OK);
         while (sss_next_probe(&s, &probe))
-            for (i = 0; i < 20; ++i) sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), vector(1.0f, 0.0f, steep), 1.0f);
+            for (i = 0; i < 20; ++i)
+                sss_add_hit(&s, vector(0.1f, 0.0f, 0.0f), vector(1.0f, 0.0f, steep), 1.0f);
         n = sss_finish(&s, exits);
         if (!exits_are_sound(exits, n))
             fail_msg("normals (1, 0, %g): weight %g", (double)steep, (double)exits[0].weight[0]);
@@ -520,7 +551,8 @@ static int is_one_model(const sss_medium *m, const sss_need *need) {
     int one_disk = plan.techniques == SSS_DISK && plan.candidates == 1;
     sss_resampler s;
 
-    return (one_disk || plan.techniques == 0u || plan.techniques == SSS_WALK || plan.techniques == SSS_LAMBERT) &&
+    return (one_disk || plan.techniques == 0u || plan.techniques == SSS_WALK ||
+            plan.techniques == SSS_LAMBERT) &&
            plan.tile >= 0 && sss_begin(&s, m, &plan, origin, up, 1u) == SSS_OK;
 }
 
@@ -542,7 +574,8 @@ static void test_plans(void **state) {
             need.tolerance = some[i / (2 * SOME * SOME * SOME)];
             if (!is_one_model(&m, &need))
                 fail_msg("constructor %d, needs %g %g %g %g %d", which, (double)need.footprint,
-                         (double)need.curvature_radius, (double)need.shading_cost, (double)need.tolerance, need.hinted);
+                         (double)need.curvature_radius, (double)need.shading_cost,
+                         (double)need.tolerance, need.hinted);
         }
     }
 }

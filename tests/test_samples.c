@@ -1,11 +1,11 @@
 /* The promise of sss_begin_sample: samples 0, 1, 2, ... of one seed are strata of one another. Each
-   sample alone has the contract's mean, sample 0 is sss_begin to the bit, and the mean of 64 samples
-   has less variance than that of 64 seeds.
+   sample alone has the contract's mean, sample 0 is sss_begin to the bit, and the mean of 64
+   samples has less variance than that of 64 seeds.
 
    Unbiased: the mean over seeds of the mean over 16 samples, by z-score; 36 comparisons at
    |z| < 5.0, false alarms 36 * 5.7e-7 = 2.1e-5. The variance of a pixel's mean is measured in
-   64 blocks of pixels, which also gives its standard error; the ratio of two such variances is asked
-   to be below 1 by 5 standard errors. make test-long: ten times as many pixels.
+   64 blocks of pixels, which also gives its standard error; the ratio of two such variances is
+   asked to be below 1 by 5 standard errors. make test-long: ten times as many pixels.
    SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
@@ -67,7 +67,8 @@ typedef struct sample_case {
     st_hint *hint;
 } sample_case;
 
-#define PLAN(m, n, bits, alone, colours) {m, n, bits, alone, colours, 0}
+#define PLAN(m, n, bits, alone, colours)                                                           \
+    { m, n, bits, alone, colours, 0 }
 static const sample_case cases[] = {
     {"default", PLAN(0, 0, 0u, 0, 0), 0, ST_PLANE, NULL},
     {"default, coloured sphere, hints", PLAN(0, 0, 0u, 0, 0), 1, ST_SPHERE, hint_spot},

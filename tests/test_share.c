@@ -1,6 +1,6 @@
-/* The promise of sss_share: an exit serves a group of lookups. The mean of what each entry gets from
-   all exits of all members is the integral of its own Rd E over the surface, every single weight is
-   the one that equation [8] states, and what is not shared stays with its own lookup.
+/* The promise of sss_share: an exit serves a group of lookups. The mean of what each entry gets
+   from all exits of all members is the integral of its own Rd E over the surface, every single
+   weight is the one that equation [8] states, and what is not shared stays with its own lookup.
 
    The formula is checked exit by exit in double precision, and the means by z-score. A case is a
    surface, a group of 1, 2, 7 or 64 entries, media, hints and a plan. Its passes are independent;
@@ -12,8 +12,8 @@
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
-#define MOST    64   /* entries of a group */
-#define WATCHED 3    /* entries whose mean is compared */
+#define MOST    64    /* entries of a group */
+#define WATCHED 3     /* entries whose mean is compared */
 #define LOOKUPS 30000 /* of a case; ten times as many with --long */
 #define BLOCKS  64
 
@@ -89,8 +89,8 @@ static void place_entries(group *g, double step) {
         double v = step * (i / side - 0.5 * ((g->count - 1) / side));
 
         place_entry(g, i, u, v + 0.3 * step * st_signed(700u + (uint64_t)i));
-        g->entry[i].position = st_float(
-            st_world(&g->surface.frame, st_world(&g->place[i], st_vec3(0.0, 0.0, 0.0))));
+        g->entry[i].position =
+            st_float(st_world(&g->surface.frame, st_world(&g->place[i], st_vec3(0.0, 0.0, 0.0))));
         g->normal[i] =
             st_float(st_turn(&g->surface.frame, st_turn(&g->place[i], st_vec3(0.0, 0.0, 1.0))));
     }
@@ -151,9 +151,6 @@ static void make_media(group *g, int type) {
 }
 
 /* ---- Light, hints and lookups ---- */
-static double noise(uint32_t seed, int index) {
-    return st_random(((uint64_t)seed << 16) + (uint64_t)index);
-}
 
 /* Each member's hints are in a unit of its own, and say something else. */
 static float hint_of(const group *g, st_light *light, st_vec y, int member, uint32_t seed,
@@ -163,7 +160,7 @@ static float hint_of(const group *g, st_light *light, st_vec y, int member, uint
     if (g->hint == NO_HINT) return 1.0f;
     if (g->hint == SHADOWED) return (float)(e * unit); /* 0 just where no light comes */
     if (member % 3 == 0) return (float)unit;
-    return (float)((e + 0.05) * unit * (0.5 + noise(seed, index)));
+    return (float)((e + 0.05) * unit * (0.5 + st_noise(seed, index)));
 }
 
 static int lookup(const group *g, const sss_plan *plan, st_light *light, int member, uint32_t seed,
@@ -323,7 +320,8 @@ typedef struct share_case {
     st_light *light;
 } share_case;
 
-#define PLAN(m, n, bits, colours) {m, n, bits, 0, colours, 0}
+#define PLAN(m, n, bits, colours)                                                                  \
+    { m, n, bits, 0, colours, 0 }
 static const unsigned disk_chord = SSS_DISK | SSS_CHORD;
 static const share_case cases[] = {
     {"one entry on a plane", ST_PLANE, 0.0, 0.3, 1, GREY, BURLEY, NO_HINT, PLAN(8, 1, 0u, 0), 0.0f,
@@ -473,7 +471,7 @@ static void every_entry_has_its_integral(void **state) {
         }
         compare_means(&cases[k], &g, &part[0]);
     }
-    print_message("    %ld weights by the formula, worst error %.2f of the tolerance; %ld lookups "
+    print_message("%ld weights by the formula, worst error %.2f of the tolerance; %ld lookups "
                   "missed\n",
                   all.checked, all.worst, missed);
     check_at_least("weights compared", (double)all.checked, 10000.0);
@@ -539,27 +537,20 @@ static void mass_is_what_the_reservoir_holds(void **state) {
             checked += error >= 0.0;
         }
     }
-    print_message("    %ld masses, worst relative error %.2g\n", checked, worst);
+    print_message("%ld masses, worst relative error %.2g\n", checked, worst);
     check_at_least("masses", (double)checked, 1000.0);
 }
 
 /* ---- Bits ---- */
 static int same_bits(float a, float b) { return sssi_bits(a) == sssi_bits(b); }
 
-static float scaled(float x, int k) { return (float)ldexp((double)x, k); }
-static sss_vec3 scaled_vector(sss_vec3 v, int k) {
-    v.x = scaled(v.x, k);
-    v.y = scaled(v.y, k);
-    v.z = scaled(v.z, k);
-    return v;
-}
 
 /* The medium of an entry, 2^k larger. Lengths are made again by the same constructors. */
 static void scaled_medium(int type, int k, sss_medium *m) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f};
-    float dmfp[3] = {scaled(3.7f, k), scaled(0.9f, k), scaled(0.21f, k)};
-    float absorption[3] = {scaled(0.3f, -k), scaled(0.9f, -k), scaled(0.01f, -k)};
-    float scattering[3] = {scaled(2.0f, -k), scaled(5.0f, -k), scaled(9.0f, -k)};
+    float dmfp[3] = {ldexpf(3.7f, k), ldexpf(0.9f, k), ldexpf(0.21f, k)};
+    float absorption[3] = {ldexpf(0.3f, -k), ldexpf(0.9f, -k), ldexpf(0.01f, -k)};
+    float scattering[3] = {ldexpf(2.0f, -k), ldexpf(5.0f, -k), ldexpf(9.0f, -k)};
 
     if (type == 0) assert_int_equal(sss_burley(m, albedo, dmfp), SSS_OK);
     if (type == 1) assert_int_equal(sss_dipole(m, absorption, scattering, 1.3f), SSS_OK);
@@ -582,18 +573,18 @@ static int scaled_lookup(int type, int k, int plan_number, uint32_t seed, sss_me
     scaled_medium(type, k, m);
     st_entry(&plane, &x, &n);
     x.x = 0.75f;
-    entry->position = scaled_vector(x, k);
+    entry->position = st_scaled(x, k);
     entry->medium = m;
     assert_int_equal(sss_begin(&s, m, &plans[plan_number], entry->position, n, seed), SSS_OK);
     while (sss_next_probe(&s, &probe)) {
         int count;
 
-        probe.origin = scaled_vector(probe.origin, -k);
-        probe.length = scaled(probe.length, -k);
+        probe.origin = st_scaled(probe.origin, -k);
+        probe.length = ldexpf(probe.length, -k);
         count = st_trace(&plane, &probe, hits);
         for (i = 0; i < count; ++i, ++index)
-            sss_add_hit(&s, scaled_vector(hits[i].position, k), hits[i].normal,
-                        (float)(0.5 + noise(seed, index)));
+            sss_add_hit(&s, st_scaled(hits[i].position, k), hits[i].normal,
+                        (float)(0.5 + st_noise(seed, index)));
     }
     return sss_finish(&s, exits);
 }
@@ -784,8 +775,8 @@ static void walks_and_lambert_serve_themselves(void **state) {
                     sss_share(&exits[e], crowd, 3, own, 0.0f, weight);
                     for (i = 0; i < 3; ++i) {
                         for (c = 0; c < 3; ++c)
-                            assert_true(same_bits(weight[i][c],
-                                                  i == own ? exits[e].weight[c] : 0.0f));
+                            assert_true(
+                                same_bits(weight[i][c], i == own ? exits[e].weight[c] : 0.0f));
                     }
                 }
             }

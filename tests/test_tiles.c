@@ -1,5 +1,6 @@
-/* The demos' tracer: tiles that share their exits have the mean of brute force everywhere in the picture, whatever the
-   plan; every pixel belongs to one tile; and walks leave a union of shapes where probes cross its boundary. */
+/* The demos' tracer: tiles that share their exits have the mean of brute force everywhere in the
+   picture, whatever the plan; every pixel belongs to one tile; and walks leave a union of shapes
+   where probes cross its boundary. */
 #include "sss_test.h"
 #include "demos/common/scenes.h"
 #include "demos/common/tracer.h"
@@ -15,7 +16,9 @@ static scene load(int which, int profile) {
     scene s;
     scenes_optics optics = scenes_make(&s, which);
     if (profile == 0) assert_int_equal(sss_burley(&s.medium, optics.albedo, optics.dmfp), SSS_OK);
-    else assert_int_equal(sss_dipole_from_albedo(&s.medium, optics.albedo, optics.dmfp, 1.35f), SSS_OK);
+    else
+        assert_int_equal(sss_dipole_from_albedo(&s.medium, optics.albedo, optics.dmfp, 1.35f),
+                         SSS_OK);
     return s;
 }
 
@@ -33,15 +36,18 @@ static void pixels_are_covered_once(void **state) {
         settings.height = 45;
         settings.plan.tile = 2 + (int)(sample % 7);
         memset(seen, 0, sizeof seen);
-        int columns = tracer_tile_count(settings, sample, 0), rows = tracer_tile_count(settings, sample, 1);
+        int columns = tracer_tile_count(settings, sample, 0),
+            rows = tracer_tile_count(settings, sample, 1);
         for (int i = 0; i < columns * rows * TRACER_TILE_PIXELS; ++i) {
             int tile = i / TRACER_TILE_PIXELS, x, y;
-            if (!tracer_tile_pixel(settings, sample, tile % columns, tile / columns, i % TRACER_TILE_PIXELS, &x, &y))
+            if (!tracer_tile_pixel(settings, sample, tile % columns, tile / columns,
+                                   i % TRACER_TILE_PIXELS, &x, &y))
                 continue;
             ++seen[y * 67 + x];
         }
         for (int i = 0; i < 67 * 45; ++i) check_equal("tiles of a pixel", seen[i], 1);
-        moved += tracer_tile_shift(settings, sample, 0) != tracer_tile_shift(settings, sample + 7, 0);
+        moved +=
+            tracer_tile_shift(settings, sample, 0) != tracer_tile_shift(settings, sample + 7, 0);
     }
     check_at_least("samples whose tiles begin elsewhere", moved, 100);
 }
@@ -52,7 +58,8 @@ static void add_picture(const scene *s, tracer_settings settings, st_stat block[
     static double sum[BLOCKS + 1][3]; /* one picture at a time */
     memset(sum, 0, sizeof sum);
     int tiled = tracer_tile_side(settings) > 1;
-    int columns = tiled ? tracer_tile_count(settings, 0, 0) : SIDE, rows = tiled ? tracer_tile_count(settings, 0, 1) : SIDE;
+    int columns = tiled ? tracer_tile_count(settings, 0, 0) : SIDE,
+        rows = tiled ? tracer_tile_count(settings, 0, 1) : SIDE;
 #pragma omp parallel for schedule(dynamic, 4)
     for (int number = 0; number < columns * rows; ++number) {
         sss_vec3 radiance[TRACER_TILE_PIXELS];
@@ -78,7 +85,8 @@ static void add_picture(const scene *s, tracer_settings settings, st_stat block[
         for (int c = 0; c < 3; ++c) st_add(&block[b][c], sum[b][c]);
 }
 
-static void add_pictures(const scene *s, tracer_settings settings, uint32_t stream, st_stat block[BLOCKS + 1][3]) {
+static void add_pictures(const scene *s, tracer_settings settings, uint32_t stream,
+                         st_stat block[BLOCKS + 1][3]) {
     memset(block, 0, (BLOCKS + 1) * sizeof *block);
     for (int k = 0; k < st_samples(RUNS); ++k) {
         settings.seed = sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)k);
@@ -86,19 +94,21 @@ static void add_pictures(const scene *s, tracer_settings settings, uint32_t stre
     }
 }
 
-static void compare_means(const char *name, st_stat one[BLOCKS + 1][3], st_stat truth[BLOCKS + 1][3]) {
+static void compare_means(const char *name, st_stat one[BLOCKS + 1][3],
+                          st_stat truth[BLOCKS + 1][3]) {
     for (int b = 0; b <= WHOLE; ++b) {
         for (int c = 0; c < 3; ++c) {
             char inputs[120];
             double error = hypot(st_error(&one[b][c]), st_error(&truth[b][c]));
             snprintf(inputs, sizeof inputs, "%s, block %d, channel %d", name, b, c);
-            check_z(inputs, one[b][c].mean, error, truth[b][c].mean, 1e-5 * truth[b][c].mean, Z_LIMIT);
+            check_z(inputs, one[b][c].mean, error, truth[b][c].mean, 1e-5 * truth[b][c].mean,
+                    Z_LIMIT);
         }
     }
 }
 
-/* Silhouettes, shadows, creases and the floor beside the object are all in some block. The first plan has lookups that
-   find no exit, the second paths that go on from one of several. */
+/* Silhouettes, shadows, creases and the floor beside the object are all in some block. The first
+   plan has lookups that find no exit, the second paths that go on from one of several. */
 static void shared_pictures_have_the_mean_of_brute_force(void **state) {
     static st_stat truth[BLOCKS + 1][3], shared[BLOCKS + 1][3];
     static const struct {
@@ -116,7 +126,8 @@ static void shared_pictures_have_the_mean_of_brute_force(void **state) {
             static const float albedo[3] = {0.6f, 0.7f, 0.4f}, dmfp[3] = {0.7f, 0.0f, 0.2f};
             assert_int_equal(sss_burley(&s.medium, albedo, dmfp), SSS_OK);
         }
-        settings.method = plans[k].lambert ? TRACER_RESAMPLED : TRACER_REFERENCE; /* brute force knows no Lambert */
+        settings.method = plans[k].lambert ? TRACER_RESAMPLED
+                                           : TRACER_REFERENCE; /* brute force knows no Lambert */
         settings.plan.candidates = 8;
         settings.plan.exits = 2;
         add_pictures(&s, settings, 2 * k, truth);
@@ -132,10 +143,11 @@ static void shared_pictures_have_the_mean_of_brute_force(void **state) {
     }
 }
 
-/* What is narrower than a pixel is not shared: the picture is that of lookups of their own, but for the order in which
-   it is added up. None of its terms is above 30, and some twenty are added. */
+/* What is narrower than a pixel is not shared: the picture is that of lookups of their own, but for
+   the order in which it is added up. None of its terms is above 30, and some twenty are added. */
 static void narrow_media_stay_with_their_lookups(void **state) {
-    static const float albedo[3] = {0.6f, 0.7f, 0.4f}, dmfp[2][3] = {{3e-3f, 2e-3f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    static const float albedo[3] = {0.6f, 0.7f, 0.4f},
+                       dmfp[2][3] = {{3e-3f, 2e-3f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     (void)state;
     for (int k = 0; k < 2; ++k) {
         scene s = load(SCENES_BEAR, 0);
@@ -171,7 +183,8 @@ static void walks_leave_where_probes_cross(void **state) {
     for (int which = 0; which < SCENES; ++which) {
         scene s = load(which, 0);
         for (uint64_t i = 0; i < 40000; ++i) {
-            sss_vec3 o, d = {(float)st_signed(8 * i + 3), (float)st_signed(8 * i + 4), (float)st_signed(8 * i + 5)};
+            sss_vec3 o, d = {(float)st_signed(8 * i + 3), (float)st_signed(8 * i + 4),
+                             (float)st_signed(8 * i + 5)};
             float length = 2.0f * (float)st_random(8 * i + 6);
             o = scene_vec(1.2f * (float)st_signed(8 * i), 1.0f + (float)st_signed(8 * i + 1),
                           (float)st_signed(8 * i + 2));
@@ -184,13 +197,14 @@ static void walks_leave_where_probes_cross(void **state) {
             if (!one.count) continue;
             ++left;
             if (one.hit[0].t != all.hit[0].t || one.hit[0].shape != all.hit[0].shape)
-                fail_msg("%s: leaves at %.9g on %d, crosses at %.9g on %d", scenes_known[which].name,
-                         (double)one.hit[0].t, one.hit[0].shape, (double)all.hit[0].t, all.hit[0].shape);
+                fail_msg("%s: leaves at %.9g on %d, crosses at %.9g on %d",
+                         scenes_known[which].name, (double)one.hit[0].t, one.hit[0].shape,
+                         (double)all.hit[0].t, all.hit[0].shape);
         }
     }
     check_at_least("points inside", (double)inside, 5000.0);
     check_at_least("that leave", (double)left, 2000.0);
-    print_message("    %ld walks' segments, %ld leave\n", inside, left);
+    print_message("%ld walks' segments, %ld leave\n", inside, left);
 }
 
 int main(void) {

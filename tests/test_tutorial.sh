@@ -1,21 +1,22 @@
 #!/bin/bash
 # The tutorial holds what it says: every printed command runs, every figure, listing and quoted number is what comes
-# out. Run from the top of the repository. SPDX-License-Identifier: MIT
+# out. Make has run the commands that compile. Run from the top of the repository. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 . tutorial/chapters.sh
 pixels=$build/tools/pixels
 needs "$pixels"
-mkdir -p build
+mkdir -p build/tutorial
 slugs=$(chapters)
 strict="-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
 
 # ---- The programs. Two at a time; what they print is kept in $work/SLUG.output, how they ended in $work/SLUG.status.
 
-# run_chapter SLUG EDIT: the commands of the chapter, edited by sed for other compilers and options.
+# run_chapter SLUG EDIT: the commands of the chapter, in a folder of its own, edited by sed for other compilers and
+# options.
 run_chapter() {
-    rm -f "build/$1.png"
-    block 1 "tutorial/$1/README.md" | sed "$2" >"$work/$1.commands"
+    rm -f "build/tutorial/$1.png"
+    block 1 "tutorial/$1/README.md" | sed "s|build/|build/tutorial/|g; $2" >"$work/$1.commands"
     bash -eu "$work/$1.commands" >"$work/$1.output" 2>"$work/$1.error"
     echo $? >"$work/$1.status"
 }
@@ -35,7 +36,7 @@ ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")"
 # screen: another libm's pow moves a byte by 1, and fewer than 255 times 1e-6 of them.
 same_figure() {
     local differ worst
-    read -r differ worst < <("$pixels" bytes "build/$1.png" "tutorial/$1/figure.png") || return 1
+    read -r differ worst < <("$pixels" bytes "build/tutorial/$1.png" "tutorial/$1/figure.png") || return 1
     echo "$differ of a million bytes differ, by $worst at most; 255 may, by 1. make tutorial draws the figures anew"
     [ "$differ" -le 255 ] && [ "$worst" -le 1 ]
 }
@@ -64,7 +65,7 @@ exercises_run() {
             commands=$(block $n "tutorial/$slug/README.md")
             [ -n "$commands" ] || break
             echo "$slug: $commands"
-            bash -euc "$commands" || return 1
+            bash -euc "${commands//build\//build/tutorial/}" || return 1
         done
     done
 }
@@ -139,15 +140,15 @@ check "equations are numbered in order" equations_in_order
 check "every marked listing is shown" listings_are_shown
 check "links lead somewhere" links_lead_somewhere
 check "formulas within a line survive Markdown" plain_formulas
-run_all ""
+run_all "s/^cc /: /"
 for slug in $slugs; do check_chapter "$slug" ""; done
 
 only_long_from_here
 check "commands of exercises run" exercises_run
 check "no warnings" warning_free
-check "refused: no file" refuses 2 "$PWD/build/lambert"
-check "refused: two files" refuses 2 "$PWD/build/area" a.png b.png
-check "refused: a file in no folder" refuses 2 "$PWD/build/plan" no/such/folder/x.png
+check "refused: no file" refuses 2 "$build/tutorial/lambert"
+check "refused: two files" refuses 2 "$build/tutorial/area" a.png b.png
+check "refused: a file in no folder" refuses 2 "$build/tutorial/plan" no/such/folder/x.png
 # Another compiler, no optimisation, and what libm does on a processor without fused operations.
 run_all "s/^cc /clang /"
 for slug in $slugs; do check_chapter "$slug" "clang, "; done

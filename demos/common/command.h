@@ -1,7 +1,9 @@
-// command.h - what the programs do alike with their command line: parse words, refuse wrong ones in one line with exit
-// code 2, load the scene that is asked for. Host only. SPDX-License-Identifier: MIT
+// command.h - what the programs do alike with their command line: parse words, refuse wrong ones in
+// one line with exit code 2, load the scene that is asked for. Host only. SPDX-License-Identifier:
+// MIT
 //
-// Define COMMAND, the program's name, before the include. Part of each program, so the names have no prefix.
+// Define COMMAND, the program's name, before the include. Part of each program, so the names have
+// no prefix.
 #ifndef COMMAND_H
 #define COMMAND_H
 
@@ -39,7 +41,8 @@ static inline int is_option(const char *meant, const char *name, const char *val
     return 1;
 }
 
-static inline long long parse_number(const char *option, const char *text, long long least, long long most) {
+static inline long long parse_number(const char *option, const char *text, long long least,
+                                     long long most) {
     char *end = NULL;
     errno = 0;
     long long value = strtoll(text, &end, 10);
@@ -78,15 +81,21 @@ static inline unsigned parse_techniques(const char *text) {
     static const struct {
         const char *name;
         unsigned bit;
-    } known[] = {{"disk", SSS_DISK}, {"tangents", SSS_DISK_TANGENTS}, {"sphere", SSS_SPHERE}, {"chord", SSS_CHORD}};
+    } known[] = {{"disk", SSS_DISK},
+                 {"tangents", SSS_DISK_TANGENTS},
+                 {"sphere", SSS_SPHERE},
+                 {"chord", SSS_CHORD}};
     unsigned bits = 0;
     for (const char *word = text;;) {
         size_t length = strcspn(word, ",");
         unsigned bit = 0;
         for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0) bit = known[i].bit;
+            if (strlen(known[i].name) == length && memcmp(word, known[i].name, length) == 0)
+                bit = known[i].bit;
         }
-        if (!bit) fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'", (int)length, word);
+        if (!bit)
+            fail(2, "--techniques wants some of disk,tangents,sphere,chord, not '%.*s'",
+                 (int)length, word);
         bits |= bit;
         if (word[length] == '\0') return bits;
         word += length + 1;
@@ -125,7 +134,8 @@ static inline void load_scene(scene *s, int which, const char *profile, float si
     } else {
         result = sss_better_dipole_from_albedo(&s->medium, optics.albedo, optics.dmfp, COMMAND_ETA);
     }
-    if (result != SSS_OK) fail(1, "the medium of %s: %s", scenes_known[which].name, sss_result_string(result));
+    if (result != SSS_OK)
+        fail(1, "the medium of %s: %s", scenes_known[which].name, sss_result_string(result));
 }
 
 #endif

@@ -1,4 +1,5 @@
-// entries.h - entries of lookups: where the camera sees a scene's object. Host only. SPDX-License-Identifier: MIT
+// entries.h - entries of lookups: where the camera sees a scene's object. Host only.
+// SPDX-License-Identifier: MIT
 #ifndef ENTRIES_H
 #define ENTRIES_H
 

@@ -4,8 +4,7 @@
 // A program tries its outputs before it works, and loses nothing afterwards: each is written into a
 // new file beside the one that is meant, and takes its name when it is complete. What was there
 // stays until then. Symbolic links are followed. Devices and pipes are written in place, as is a
-// file in a folder that takes no new ones. Functions that can fail return NULL for success or a
-// short reason to print after the file's name.
+// file in a folder that takes no new ones. Results are as image.h says.
 //
 // Define _XOPEN_SOURCE as 700 before the first include.
 #ifndef FILES_H

@@ -1,8 +1,12 @@
-// image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb. See files.h for files.
-// SPDX-License-Identifier: MIT
+// image.h - float images, PFM in and out, tone curve, PNG, captions. Host only; link with -lstb.
+// See files.h for files. SPDX-License-Identifier: MIT
 //
-// FONT_FILE is the TrueType font of the captions, named when the program is built. Functions that can fail
-// return NULL for success or a short reason to print after the file's name.
+// FONT_FILE is the TrueType font of the captions, named when the program is built.
+//
+// The type of a result says what it means, here and in all of demos/common and cl/. A text: NULL
+// for success, or a short reason to print after the file's name. An int: 1 for yes or success, 0
+// for no; what fails so can fail in one way only (no memory, or a write), or keeps its reason where
+// the module says. A pointer to anything else: NULL when it could not be made.
 #ifndef IMAGE_H
 #define IMAGE_H
 
@@ -40,7 +44,9 @@ typedef struct image_font {
     stbtt_fontinfo info;
 } image_font;
 
-static inline size_t image_count(int width, int height) { return (size_t)width * (size_t)height * 3u; }
+static inline size_t image_count(int width, int height) {
+    return (size_t)width * (size_t)height * 3u;
+}
 
 static inline int image_new(image *out, int width, int height) {
     out->width = width;
@@ -59,8 +65,8 @@ static inline int image_bytes_new(image_bytes *out, int width, int height, unsig
 
 // ---- Files
 
-// PFM is little endian when its scale is negative; floats are put together from bytes, so the machine does
-// not matter.
+// PFM is little endian when its scale is negative; floats are put together from bytes, so the
+// machine does not matter.
 static inline float image_float(const unsigned char *b, int little) {
     uint32_t bits = 0;
     float value;
@@ -69,8 +75,8 @@ static inline float image_float(const unsigned char *b, int little) {
     return value;
 }
 
-// `note` is text to stand behind the pixels, where readers of the format do not look; NULL for none. Returns whether all
-// was written.
+// `note` is text to stand behind the pixels, where readers of the format do not look; NULL for
+// none. Returns whether all was written.
 static inline int image_write_pfm(const image *in, FILE *file, const char *note) {
     int good = fprintf(file, "PF\n%d %d\n-1.0\n", in->width, in->height) > 0;
     for (int y = in->height - 1; y >= 0; y--) { // the format stores rows from the bottom
@@ -169,8 +175,8 @@ static inline int image_write_png(const image_bytes *in, FILE *file) {
 
 // ---- Tone
 
-// Exposure and a soft shoulder, so that light behind wax may exceed 1 without a hard edge, then the sRGB
-// curve.
+// Exposure and a soft shoulder, so that light behind wax may exceed 1 without a hard edge, then the
+// sRGB curve.
 static inline unsigned char image_tone(float linear, float exposure) {
     float x = linear * exposure;
     if (!(x > 0.0f)) x = 0.0f;
@@ -180,7 +186,8 @@ static inline unsigned char image_tone(float linear, float exposure) {
     return (unsigned char)(255.0f * x + 0.5f);
 }
 
-static inline void image_blit(image_bytes *to, const image *from, float exposure, int left, int top) {
+static inline void image_blit(image_bytes *to, const image *from, float exposure, int left,
+                              int top) {
     for (int y = 0; y < from->height; y++) {
         for (int i = 0; i < 3 * from->width; i++) {
             to->rgb[image_count(to->width, y + top) + (size_t)(3 * left + i)] =
@@ -210,28 +217,29 @@ static inline const char *image_font_open(image_font *font) {
 }
 
 // One glyph's coverage, laid over the picture in a grey.
-static inline void image_glyph(image_bytes *to, const unsigned char *coverage, int width, int height,
-                               int left, int top, int grey) {
+static inline void image_glyph(image_bytes *to, const unsigned char *coverage, int width,
+                               int height, int left, int top, int grey) {
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
             int px = left + x, py = top + y, a = coverage[y * width + x];
             if (px < 0 || py < 0 || px >= to->width || py >= to->height) continue;
             unsigned char *rgb = to->rgb + image_count(to->width, py) + 3 * (size_t)px;
-            for (int c = 0; c < 3; c++) rgb[c] = (unsigned char)((rgb[c] * (255 - a) + grey * a) / 255);
+            for (int c = 0; c < 3; c++)
+                rgb[c] = (unsigned char)((rgb[c] * (255 - a) + grey * a) / 255);
         }
     }
 }
 
 // ASCII text with its baseline at `baseline`; returns its width. A negative grey measures only.
-static inline float image_text(image_bytes *to, const image_font *font, const char *text, float size,
-                               int left, int baseline, int grey) {
+static inline float image_text(image_bytes *to, const image_font *font, const char *text,
+                               float size, int left, int baseline, int grey) {
     float scale = stbtt_ScaleForPixelHeight(&font->info, size), x = 0.0f;
     for (const char *c = text; *c; c++) {
         int advance, bearing, width, height, dx, dy;
         stbtt_GetCodepointHMetrics(&font->info, *c, &advance, &bearing);
         float place = floorf(x);
-        unsigned char *coverage = stbtt_GetCodepointBitmapSubpixel(&font->info, scale, scale, x - place, 0.0f,
-                                                                   *c, &width, &height, &dx, &dy);
+        unsigned char *coverage = stbtt_GetCodepointBitmapSubpixel(
+            &font->info, scale, scale, x - place, 0.0f, *c, &width, &height, &dx, &dy);
         if (coverage && grey >= 0) {
             image_glyph(to, coverage, width, height, left + (int)place + dx, baseline + dy, grey);
         }
@@ -253,10 +261,11 @@ static inline void image_mean(const image *in, double mean[3]) {
     }
 }
 
-// Relative mean squared error of `a` over the pixels of `mask`, from two references with independent noise:
-// sum (a - r1)(a - r2) / sum r1 r2. The noise of r1 and that of r2 do not correlate, so the expectation has
-// the true error alone in it, however noisy the references are. With r1 = r2 it is the plain sum (a - r)^2 /
-// sum r^2. Below 0: not defined, since the references are black there.
+// Relative mean squared error of `a` over the pixels of `mask`, from two references with
+// independent noise: sum (a - r1)(a - r2) / sum r1 r2. The noise of r1 and that of r2 do not
+// correlate, so the expectation has the true error alone in it, however noisy the references are.
+// With r1 = r2 it is the plain sum (a - r)^2 / sum r^2. Below 0: not defined, since the references
+// are black there.
 static inline double image_relative_mse(const image *a, const image *r1, const image *r2,
                                         const unsigned char *mask) {
     size_t pixels = (size_t)a->width * (size_t)a->height;

@@ -1,9 +1,10 @@
-// mesh_file.h - the triangles of a file, read by assimp in a process of its own. Host only; link with -lassimp.
-// SPDX-License-Identifier: MIT
+// mesh_file.h - the triangles of a file, read by assimp in a process of its own. Host only; link
+// with -lassimp. SPDX-License-Identifier: MIT
 //
-// assimp 5.2 does not survive every broken file: some truncated PLY files crash it, with others it asks for memory
-// without end. So it reads in a child, which sends vertices and triangles through a pipe and whose memory and time have
-// limits that grow with the file. Whatever becomes of the child, the parent goes on and has a line to say.
+// assimp 5.2 does not survive every broken file: some truncated PLY files crash it, with others it
+// asks for memory without end. So it reads in a child, which sends vertices and triangles through a
+// pipe and whose memory and time have limits that grow with the file. Whatever becomes of the
+// child, the parent goes on and has a line to say.
 #ifndef MESH_FILE_H
 #define MESH_FILE_H
 
@@ -66,7 +67,8 @@ static inline int mesh_file_send_faces(FILE *to, const struct aiMesh *part, uint
 // The reason, the two counts, then vertices and triangles.
 static inline int mesh_file_send_all(FILE *to, const char *path, int z_up) {
     mesh_file f;
-    const struct aiScene *in = aiImportFile(path, aiProcess_Triangulate | aiProcess_PreTransformVertices);
+    const struct aiScene *in =
+        aiImportFile(path, aiProcess_Triangulate | aiProcess_PreTransformVertices);
     memset(&f, 0, sizeof f);
     if (!in) snprintf(f.reason, sizeof f.reason, "%s", aiGetErrorString());
     if (!in && !f.reason[0]) snprintf(f.reason, sizeof f.reason, "assimp does not say why");
@@ -76,13 +78,15 @@ static inline int mesh_file_send_all(FILE *to, const char *path, int z_up) {
         for (unsigned k = 0; k < in->mMeshes[i]->mNumFaces; k++)
             f.triangles += in->mMeshes[i]->mFaces[k].mNumIndices == 3;
     }
-    if (f.vertices > UINT32_MAX) snprintf(f.reason, sizeof f.reason, "more vertices than 32 bits can count");
+    if (f.vertices > UINT32_MAX)
+        snprintf(f.reason, sizeof f.reason, "more vertices than 32 bits can count");
     int good = mesh_file_send(to, f.reason, 1, sizeof f.reason) &&
                mesh_file_send(to, &f.vertices, sizeof f.vertices, 1) &&
                mesh_file_send(to, &f.triangles, sizeof f.triangles, 1);
     if (f.reason[0]) return good;
     uint32_t first = 0;
-    for (unsigned i = 0; good && i < in->mNumMeshes; i++) good = mesh_file_send_part(to, in->mMeshes[i], z_up);
+    for (unsigned i = 0; good && i < in->mNumMeshes; i++)
+        good = mesh_file_send_part(to, in->mMeshes[i], z_up);
     for (unsigned i = 0; good && i < in->mNumMeshes; i++) {
         good = mesh_file_send_faces(to, in->mMeshes[i], first);
         first += in->mMeshes[i]->mNumVertices;
@@ -93,14 +97,16 @@ static inline int mesh_file_send_all(FILE *to, const char *path, int z_up) {
 static inline void mesh_file_limit(int what, uint64_t amount) {
     struct rlimit limit;
     if (getrlimit(what, &limit) != 0) return;
-    if (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur > (rlim_t)amount) limit.rlim_cur = (rlim_t)amount;
+    if (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur > (rlim_t)amount)
+        limit.rlim_cur = (rlim_t)amount;
     setrlimit(what, &limit);
 }
 
-// Does not return. It may have a gigabyte and 400 bytes for each of the file's, and 5 seconds and one for each
-// megabyte: fifty times the time that a PLY file of a million triangles takes.
+// Does not return. It may have a gigabyte and 400 bytes for each of the file's, and 5 seconds and
+// one for each megabyte: fifty times the time that a PLY file of a million triangles takes.
 static inline void mesh_file_child(int to, const char *path, int z_up, uint64_t size) {
-    FILE *pipe = fdopen(to, "wb"), *quiet = freopen("/dev/null", "w", stderr); // what assimp says when it dies
+    FILE *pipe = fdopen(to, "wb"),
+         *quiet = freopen("/dev/null", "w", stderr); // what assimp says when it dies
     mesh_file_limit(RLIMIT_CORE, 0);
     mesh_file_limit(RLIMIT_CPU, 5 + size / 1000000);
 #ifndef __SANITIZE_ADDRESS__ // which maps terabytes
@@ -127,8 +133,8 @@ static inline int mesh_file_receive(FILE *from, mesh_file *f) {
            fread(f->corner, 3 * sizeof *f->corner, (size_t)f->triangles, from) == f->triangles;
 }
 
-// How large a file is that can be read; 0 with the reason. A pipe would wait for who writes into it, and
-// assimp wants to go back and forth.
+// How large a file is that can be read; 0 with the reason. A pipe would wait for who writes into
+// it, and assimp wants to go back and forth.
 static inline uint64_t mesh_file_size(mesh_file *f, const char *path) {
     struct stat there;
     errno = 0;
@@ -139,7 +145,8 @@ static inline uint64_t mesh_file_size(mesh_file *f, const char *path) {
     FILE *file = fopen(path, "rb");
     long size = -1;
     if (file && fgetc(file) != EOF && fseek(file, 0, SEEK_END) == 0) size = ftell(file);
-    if (size <= 0) snprintf(f->reason, sizeof f->reason, "%s", errno ? strerror(errno) : "it is empty");
+    if (size <= 0)
+        snprintf(f->reason, sizeof f->reason, "%s", errno ? strerror(errno) : "it is empty");
     if (file) fclose(file);
     return size > 0 ? (uint64_t)size : 0;
 }
@@ -167,7 +174,8 @@ static inline void mesh_file_read(mesh_file *f, const char *path, int z_up) {
     waitpid(child, &status, 0);
     int endless = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
     if (!good)
-        snprintf(f->reason, sizeof f->reason, "it is damaged: assimp %s", endless ? "comes to no end" : "breaks down");
+        snprintf(f->reason, sizeof f->reason, "it is damaged: assimp %s",
+                 endless ? "comes to no end" : "breaks down");
 }
 
 #endif

@@ -1,15 +1,18 @@
-// mesh_tracer.h - a path tracer for one translucent mesh on a floor, with sss_resample.h on Embree: mesh_lookup() is
-// all that the library asks of a renderer. Host only; link with -lembree3. SPDX-License-Identifier: MIT
+// mesh_tracer.h - a path tracer for one translucent mesh on a floor, with sss_resample.h on Embree:
+// mesh_lookup() is all that the library asks of a renderer. Host only; link with -lembree3.
+// SPDX-License-Identifier: MIT
 //
-// Light, sky, camera and medium are those of a scene (scene.h) without shapes; the mesh and the floor are two
-// geometries of Embree's. Probes ask for all hits on the object that they start from (see mesh_orient()) and on nothing
-// else, paths for the nearest hit on anything, light for none.
+// Light, sky, camera and medium are those of a scene (scene.h) without shapes; the mesh and the
+// floor are two geometries of Embree's. Probes ask for all hits on the object that they start from
+// (see mesh_orient()) and on nothing else, paths for the nearest hit on anything, light for none.
 //
-// One crossing, one hit. A line through an edge or a corner meets every triangle there, and with a rounding error
-// Embree reports one of them or several. Seen along the line, two triangles with a common corner that do not overlap
-// can be met together only at what they share: that is one crossing of the surface, and counts once. Where they overlap
-// the surface is folded, and both count. That needs the signs of a few determinants and no epsilon, and no distance
-// decides: however thin a part, its two sides stay two. (RTC_SCENE_FLAG_ROBUST sees to it that no crossing is lost.)
+// One crossing, one hit. A line through an edge or a corner meets every triangle there, and with a
+// rounding error Embree reports one of them or several. Seen along the line, two triangles with a
+// common corner that do not overlap can be met together only at what they share: that is one
+// crossing of the surface, and counts once. Where they overlap the surface is folded, and both
+// count. That needs the signs of a few determinants and no epsilon, and no distance decides:
+// however thin a part, its two sides stay two. (RTC_SCENE_FLAG_ROBUST sees to it that no crossing
+// is lost.)
 #ifndef MESH_TRACER_H
 #define MESH_TRACER_H
 
@@ -34,7 +37,8 @@ typedef struct mesh_hit {
     uint32_t triangle;
     float t, u, v; // the place is (1 - u - v, u, v) of the triangle's corners
     float rounding;
-    sss_vec3 position, normal, shading; // normal: geometric; shading: see mesh_shade(); both of unit length and outward
+    sss_vec3 position, normal,
+        shading; // normal: geometric; shading: see mesh_shade(); both of unit length and outward
 } mesh_hit;
 
 // Of one lookup: the entry, then what its probes have found. Grows as it must.
@@ -87,7 +91,8 @@ static inline void mesh_skip(const struct RTCFilterFunctionNArguments *found) {
 static inline void mesh_only(const struct RTCFilterFunctionNArguments *found) {
     const mesh_query *query = (const mesh_query *)(const void *)found->context;
     const struct RTCHit *at = (const struct RTCHit *)(const void *)found->hit;
-    if (at->geomID != MESH_OBJECT || query->object_of[at->primID] != query->object) found->valid[0] = 0;
+    if (at->geomID != MESH_OBJECT || query->object_of[at->primID] != query->object)
+        found->valid[0] = 0;
 }
 
 static inline struct RTCRay mesh_ray(sss_vec3 origin, sss_vec3 direction, float length) {
@@ -114,17 +119,20 @@ static inline const uint32_t *mesh_corners(const mesh_world *w, uint32_t triangl
     return w->m.corner + 3 * (size_t)triangle;
 }
 
-// The rest of a hit on the object, from its place on the triangle: nearer to it than any t is. Each component has a few
-// roundings of numbers that are at most |position| + |edge| + |edge|, each of them half of 2^-23.
+// The rest of a hit on the object, from its place on the triangle: nearer to it than any t is. Each
+// component has a few roundings of numbers that are at most |position| + |edge| + |edge|, each of
+// them half of 2^-23.
 static inline void mesh_fill(const mesh_world *w, mesh_hit *hit) {
     const uint32_t *c = mesh_corners(w, hit->triangle);
     const sss_vec3 *at = w->m.position;
     sss_vec3 a = scene_sub(at[c[1]], at[c[0]]), b = scene_sub(at[c[2]], at[c[0]]), n;
     hit->position = scene_along(scene_along(at[c[0]], a, hit->u), b, hit->v);
     hit->normal = n = mesh_normal(&w->m, hit->triangle);
-    hit->rounding = 0x1p-22f * (scene_abs(n.x) * (scene_abs(hit->position.x) + scene_abs(a.x) + scene_abs(b.x)) +
-                                scene_abs(n.y) * (scene_abs(hit->position.y) + scene_abs(a.y) + scene_abs(b.y)) +
-                                scene_abs(n.z) * (scene_abs(hit->position.z) + scene_abs(a.z) + scene_abs(b.z)));
+    hit->rounding =
+        0x1p-22f *
+        (scene_abs(n.x) * (scene_abs(hit->position.x) + scene_abs(a.x) + scene_abs(b.x)) +
+         scene_abs(n.y) * (scene_abs(hit->position.y) + scene_abs(a.y) + scene_abs(b.y)) +
+         scene_abs(n.z) * (scene_abs(hit->position.z) + scene_abs(a.z) + scene_abs(b.z)));
 }
 
 // Its shading normal, which only what is shaded needs.
@@ -140,14 +148,18 @@ static inline void mesh_fill_floor(mesh_hit *hit, sss_vec3 position) {
     hit->rounding = 0.0f;
 }
 
-// Does the wedge from a to b, less than half a turn about d, hold v? Its first side is in it, its second is not.
-static inline double mesh_turn(mesh_vector d, mesh_vector a, mesh_vector b) { return mesh_dot(d, mesh_cross(a, b)); }
+// Does the wedge from a to b, less than half a turn about d, hold v? Its first side is in it, its
+// second is not.
+static inline double mesh_turn(mesh_vector d, mesh_vector a, mesh_vector b) {
+    return mesh_dot(d, mesh_cross(a, b));
+}
 static inline int mesh_in_wedge(mesh_vector d, mesh_vector a, mesh_vector b, mesh_vector v) {
     return mesh_turn(d, a, v) >= 0.0 && mesh_turn(d, v, b) > 0.0;
 }
 
 // The two sides of a triangle from its corner k, in positive order about d.
-static inline void mesh_wedge(const mesh_world *w, const uint32_t *c, int k, mesh_vector d, mesh_vector side[2]) {
+static inline void mesh_wedge(const mesh_world *w, const uint32_t *c, int k, mesh_vector d,
+                              mesh_vector side[2]) {
     const sss_vec3 *at = w->m.position;
     side[0] = mesh_between(at[c[k]], at[c[(k + 1) % 3]]);
     side[1] = mesh_between(at[c[k]], at[c[(k + 2) % 3]]);
@@ -157,8 +169,10 @@ static inline void mesh_wedge(const mesh_world *w, const uint32_t *c, int k, mes
     side[1] = kept;
 }
 
-// Have these two triangles, both met by a line along `direction`, been met at one crossing? See the head of the file.
-static inline int mesh_same_crossing(const mesh_world *w, sss_vec3 direction, uint32_t triangle, uint32_t other) {
+// Have these two triangles, both met by a line along `direction`, been met at one crossing? See the
+// head of the file.
+static inline int mesh_same_crossing(const mesh_world *w, sss_vec3 direction, uint32_t triangle,
+                                     uint32_t other) {
     const uint32_t *a = mesh_corners(w, triangle), *b = mesh_corners(w, other);
     if (triangle == other) return 1;
     for (int k = 0; k < 9; k++) {
@@ -172,9 +186,10 @@ static inline int mesh_same_crossing(const mesh_world *w, sss_vec3 direction, ui
     return 0;
 }
 
-// All crossings of the segment with one of the mesh's objects, nearest first, behind the hits that are there.
-static inline void mesh_all_hits(const mesh_world *w, uint32_t object, sss_vec3 origin, sss_vec3 direction,
-                                 float length, mesh_hits *hits) {
+// All crossings of the segment with one of the mesh's objects, nearest first, behind the hits that
+// are there.
+static inline void mesh_all_hits(const mesh_world *w, uint32_t object, sss_vec3 origin,
+                                 sss_vec3 direction, float length, mesh_hits *hits) {
     int first = hits->count, kept = first;
     mesh_query query;
     struct RTCRayHit ray;
@@ -189,7 +204,8 @@ static inline void mesh_all_hits(const mesh_world *w, uint32_t object, sss_vec3 
         for (int k = first; k < kept && !known; k++)
             known = mesh_same_crossing(w, direction, hits->hit[k].triangle, hit.triangle);
         if (known) continue;
-        for (; place > first && hits->hit[place - 1].t > hit.t; place--) hits->hit[place] = hits->hit[place - 1];
+        for (; place > first && hits->hit[place - 1].t > hit.t; place--)
+            hits->hit[place] = hits->hit[place - 1];
         mesh_fill(w, &hit);
         hits->hit[place] = hit;
         kept++;
@@ -197,13 +213,15 @@ static inline void mesh_all_hits(const mesh_world *w, uint32_t object, sss_vec3 
     hits->count = kept;
 }
 
-// Where a path that goes on from a hit begins: off the triangle by what its position may have been rounded.
+// Where a path that goes on from a hit begins: off the triangle by what its position may have been
+// rounded.
 static inline sss_vec3 mesh_off(const mesh_hit *from) {
     return scene_along(from->position, from->normal, from->rounding);
 }
 
 // What a ray meets first; `from` is where it begins, NULL for the camera.
-static inline mesh_hit mesh_nearest(const mesh_world *w, sss_vec3 origin, sss_vec3 direction, const mesh_hit *from) {
+static inline mesh_hit mesh_nearest(const mesh_world *w, sss_vec3 origin, sss_vec3 direction,
+                                    const mesh_hit *from) {
     mesh_hit hit;
     mesh_query query;
     struct RTCRayHit ray;
@@ -222,7 +240,8 @@ static inline mesh_hit mesh_nearest(const mesh_world *w, sss_vec3 origin, sss_ve
     return hit;
 }
 
-static inline int mesh_occluded(const mesh_world *w, const mesh_hit *from, sss_vec3 direction, float length) {
+static inline int mesh_occluded(const mesh_world *w, const mesh_hit *from, sss_vec3 direction,
+                                float length) {
     mesh_query query;
     query.geometry = from->geometry;
     query.triangle = from->triangle;
@@ -233,7 +252,8 @@ static inline int mesh_occluded(const mesh_world *w, const mesh_hit *from, sss_v
     return ray.tfar < 0.0f;
 }
 
-// The first hit of the segment with one of the mesh's objects, behind the hits that are there; or none.
+// The first hit of the segment with one of the mesh's objects, behind the hits that are there; or
+// none.
 static inline void mesh_first_hit(const mesh_world *w, uint32_t object, sss_vec3 origin,
                                   sss_vec3 direction, float length, mesh_hits *hits) {
     mesh_query query;
@@ -289,7 +309,8 @@ static inline int mesh_lookup(const mesh_world *w, tracer_settings settings, sss
     sss_probe probe;
     uint32_t object = w->m.object[hits->hit[0].triangle];
     hits->count = 1;
-    sss_begin_sample(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed, sample);
+    sss_begin_sample(&s, &w->s.medium, &plan, hits->hit[0].position, hits->hit[0].normal, seed,
+                     sample);
     while (sss_next_probe(&s, &probe)) {
         int i = hits->count;
         if (plan.techniques == SSS_WALK) {
@@ -314,14 +335,16 @@ static inline int mesh_lookup(const mesh_world *w, tracer_settings settings, sss
     return count;
 }
 
-// ---- The path, as in tracer.h: the lamp by one shadow ray, all else by one ray that goes on, with the closed
-// surroundings as its control variate.
+// ---- The path, as in tracer.h: the lamp by one shadow ray, all else by one ray that goes on, with
+// the closed surroundings as its control variate.
 
-// Irradiance from the lamp. Light from behind the triangle does not count, wherever the shading normal points.
+// Irradiance from the lamp. Light from behind the triangle does not count, wherever the shading
+// normal points.
 static inline sss_vec3 mesh_light(const mesh_world *w, const mesh_hit *at, float u, float v) {
     const scene_light *light = &w->s.light;
     tracer_point point = {at->position, at->shading, {1.0f, 1.0f, 1.0f}, SCENE_NOTHING};
-    sss_vec3 to = scene_along(scene_along(light->center, light->u, 2.0f * u - 1.0f), light->v, 2.0f * v - 1.0f);
+    sss_vec3 to = scene_along(scene_along(light->center, light->u, 2.0f * u - 1.0f), light->v,
+                              2.0f * v - 1.0f);
     sss_vec3 path = scene_sub(to, at->position), irradiance = tracer_light(&w->s, point, u, v);
     float length = scene_sqrt(scene_dot(path, path));
     int dark = !(scene_mean(irradiance) > 0.0f) || scene_dot(path, at->normal) <= 0.0f;
@@ -366,7 +389,8 @@ static inline sss_vec3 mesh_go_on(const mesh_world *w, mesh_path *path) {
     tracer_random *random = &path->random;
     int first = path->surface == 0u;
     float u = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION) : tracer_next(random);
-    float v = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
+    float v =
+        first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
     path->direction = tracer_about(path->at.shading, scene_sqrt(1.0f - u), scene_sqrt(u), v);
     path->origin = path->at.position;
     path->surface++;
@@ -405,7 +429,8 @@ static inline int mesh_surface(const mesh_world *w, tracer_settings settings, me
     *mesh_hits_next(hits) = hit;
     sss_plan plan = mesh_plan(w, settings, hits);
     uint32_t seed = sss_hash(path->random.pixel_key, 0x40000000u + path->surface);
-    int count = mesh_lookup(w, settings, plan, seed, path->random.sample, hits, exits, on, &result->probes);
+    int count =
+        mesh_lookup(w, settings, plan, seed, path->random.sample, hits, exits, on, &result->probes);
     result->shaded += (uint32_t)count;
     return count;
 }
@@ -416,7 +441,8 @@ static inline void mesh_follow(const mesh_world *w, tracer_settings settings, me
     while (path->origin.y >= 0.0f && !path->dark) {
         sss_exit exits[SSS_MAX_EXITS];
         mesh_hit on[SSS_MAX_EXITS];
-        mesh_hit hit = mesh_nearest(w, path->origin, path->direction, path->surface ? &path->at : NULL);
+        mesh_hit hit =
+            mesh_nearest(w, path->origin, path->direction, path->surface ? &path->at : NULL);
         if (hit.geometry == MESH_NOTHING) {
             sss_vec3 sky = scene_sky(&w->s, path->direction);
             result->radiance = scene_add(result->radiance, scene_mul(path->throughput, sky));
@@ -522,22 +548,26 @@ static inline tracer_result mesh_tile_sample(const mesh_world *w, tracer_setting
 
 // ---- The world about the mesh
 
-static inline void mesh_add_geometry(mesh_world *w, unsigned id, const sss_vec3 *position, size_t vertices,
-                                     const uint32_t *corner, size_t triangles) {
+static inline void mesh_add_geometry(mesh_world *w, unsigned id, const sss_vec3 *position,
+                                     size_t vertices, const uint32_t *corner, size_t triangles) {
     RTCGeometry g = rtcNewGeometry(w->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, position, 0, sizeof *position,
-                               vertices);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, corner, 0, 3 * sizeof *corner, triangles);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, position, 0,
+                               sizeof *position, vertices);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, corner, 0,
+                               3 * sizeof *corner, triangles);
     rtcCommitGeometry(g);
     rtcAttachGeometryByID(w->rays, g, id);
     rtcReleaseGeometry(g);
 }
 
-// Makes w->m ready for rays: NULL, or what is wrong. The floor reaches 1000 units to all sides, the camera sees none of
-// its ends.
+// Makes w->m ready for rays: NULL, or what is wrong. The floor reaches 1000 units to all sides, the
+// camera sees none of its ends.
 static inline const char *mesh_open(mesh_world *w) {
-    static const sss_vec3 floor_at[5] = {
-        {-1e3f, 0.0f, -1e3f}, {-1e3f, 0.0f, 1e3f}, {1e3f, 0.0f, 1e3f}, {1e3f, 0.0f, -1e3f}, {0.0f, 0.0f, 0.0f}};
+    static const sss_vec3 floor_at[5] = {{-1e3f, 0.0f, -1e3f},
+                                         {-1e3f, 0.0f, 1e3f},
+                                         {1e3f, 0.0f, 1e3f},
+                                         {1e3f, 0.0f, -1e3f},
+                                         {0.0f, 0.0f, 0.0f}};
     static const uint32_t floor_corner[6] = {0, 1, 2, 0, 2, 3};
     w->device = rtcNewDevice(NULL);
     if (!w->device) return "Embree does not start";

@@ -25,7 +25,8 @@ static inline const char *pair_resampled_name(int light_aware) {
 }
 
 // In a corner of a picture.
-static inline void pair_label(canvas *c, float x, float y, int side, unsigned colour, const char *text) {
+static inline void pair_label(canvas *c, float x, float y, int side, unsigned colour,
+                              const char *text) {
     float width = canvas_text_width(c, 19.0f, text) + 16.0f;
     canvas_rectangle(c, side == CANVAS_LEFT ? x : x - width, y, width, 27.0f, 0x12151bb0u);
     canvas_text(c, side == CANVAS_LEFT ? x + 8.0f : x - 8.0f, y + 20.0f, 19.0f, side, colour, text);

@@ -1,5 +1,6 @@
-// progress.h - how far the work is: one line that is overwritten on a terminal, a line every few seconds elsewhere.
-// Define COMMAND, the program's name, before the include. Host only. SPDX-License-Identifier: MIT
+// progress.h - how far the work is: one line that is overwritten on a terminal, a line every few
+// seconds elsewhere. Define COMMAND, the program's name, before the include. Host only.
+// SPDX-License-Identifier: MIT
 #ifndef PROGRESS_H
 #define PROGRESS_H
 
@@ -29,7 +30,8 @@ static inline void progress_show(progress *p, double done) {
 
     double share = done / p->total;
     double left = (time - p->start) * (1.0 / share - 1.0);
-    const char *format = p->terminal ? "\r%s: %-24s %3.0f %%, %.0f s left   " : "%s: %s: %.0f %%, %.0f s left\n";
+    const char *format =
+        p->terminal ? "\r%s: %-24s %3.0f %%, %.0f s left   " : "%s: %s: %.0f %%, %.0f s left\n";
     p->printed = time;
     fprintf(stderr, format, COMMAND, p->label, 100.0 * share, left);
     fflush(stderr);

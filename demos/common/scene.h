@@ -1,22 +1,23 @@
 // scene.h - exact scenes of convex shapes, one text for C99, C++11 and OpenCL C 1.2.
 // SPDX-License-Identifier: MIT
 //
-// The translucent object is a union of convex shapes (ellipsoids and rounded boxes) above a floor, y = 0. A
-// line meets a convex shape in one interval, and the boundary of the union is made of those interval ends
-// that lie inside no other interval: every hit is exact and found without marching, and no epsilon says what
-// is a hit and what is not. A ray that leaves a shape outwards cannot meet that convex shape again, so self
-// hits are left out by shape number.
+// The translucent object is a union of convex shapes (ellipsoids and rounded boxes) above a floor,
+// y = 0. A line meets a convex shape in one interval, and the boundary of the union is made of
+// those interval ends that lie inside no other interval: every hit is exact and found without
+// marching, and no epsilon says what is a hit and what is not. A ray that leaves a shape outwards
+// cannot meet that convex shape again, so self hits are left out by shape number.
 //
-// Lengths are in scene units, y is up. Radiance is linear RGB. The object's optics are one sss_medium.
+// Lengths are in scene units, y is up. Radiance is linear RGB. The object's optics are one
+// sss_medium.
 #ifndef SCENE_H
 #define SCENE_H
 
 #include "sss_resample.h"
 
-// The one place that knows languages: a scene lives in host memory or in the device's global memory, what a
-// tile of paths shares (tracer.h) in that of a work-group.
+// The one place that knows languages: a scene lives in host memory or in the device's global
+// memory, what a tile of paths shares (tracer.h) in that of a work-group.
 #if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
-#define SCENE_SPACE __global
+#define SCENE_SPACE       __global
 #define TRACER_TILE_SPACE __local
 static inline float scene_sqrt(float x) { return sqrt(x); }
 static inline float scene_abs(float x) { return fabs(x); }
@@ -37,15 +38,15 @@ enum { SCENE_FLOOR = -1, SCENE_NOTHING = -2 }; // in place of a shape number
 typedef struct scene_shape {
     int kind;
     float rounding; // rounded box: radius of its edges, > 0 and at most the smallest extent
-    float area;     // of the whole shape; only for choosing among shapes, so near enough is good enough
+    float area; // of the whole shape; only for choosing among shapes, so near enough is good enough
     sss_vec3 center;
     sss_vec3 axis[3];        // orthonormal
     sss_vec3 extent;         // half sizes along the axes, rounding included
     sss_vec3 inverse_extent; // 1 / extent
 } scene_shape;
 
-// A rectangle that shines to the side of its normal. It is felt through next-event estimation only: rays pass
-// through.
+// A rectangle that shines to the side of its normal. It is felt through next-event estimation only:
+// rays pass through.
 typedef struct scene_light {
     sss_vec3 center, u, v; // u and v: half edges
     sss_vec3 normal;       // unit length
@@ -96,7 +97,9 @@ static inline sss_vec3 scene_sub(sss_vec3 a, sss_vec3 b) {
 static inline sss_vec3 scene_mul(sss_vec3 a, sss_vec3 b) {
     return scene_vec(a.x * b.x, a.y * b.y, a.z * b.z);
 }
-static inline sss_vec3 scene_scale(sss_vec3 a, float s) { return scene_vec(a.x * s, a.y * s, a.z * s); }
+static inline sss_vec3 scene_scale(sss_vec3 a, float s) {
+    return scene_vec(a.x * s, a.y * s, a.z * s);
+}
 static inline float scene_dot(sss_vec3 a, sss_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline sss_vec3 scene_cross(sss_vec3 a, sss_vec3 b) {
     return scene_vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
@@ -127,9 +130,9 @@ static inline scene_interval scene_make_interval(float t0, float t1) {
     return i;
 }
 
-// Ellipsoid: a unit sphere after a linear map. The distance of the line from the centre is formed as a vector
-// before it is squared, so that a thin ellipsoid far from the origin of the ray loses no digits to
-// cancellation.
+// Ellipsoid: a unit sphere after a linear map. The distance of the line from the centre is formed
+// as a vector before it is squared, so that a thin ellipsoid far from the origin of the ray loses
+// no digits to cancellation.
 static inline scene_interval scene_ellipsoid_interval(const SCENE_SPACE scene_shape *s, sss_vec3 o,
                                                       sss_vec3 d) {
     sss_vec3 p = scene_mul(o, s->inverse_extent), v = scene_mul(d, s->inverse_extent);
@@ -141,7 +144,8 @@ static inline scene_interval scene_ellipsoid_interval(const SCENE_SPACE scene_sh
     return scene_make_interval(middle - reach, middle + reach);
 }
 
-// The part of a line inside |x| <= extent, one axis. A line along the faces has no crossing: all or nothing.
+// The part of a line inside |x| <= extent, one axis. A line along the faces has no crossing: all or
+// nothing.
 static inline scene_interval scene_slab_interval(float o, float d, float extent) {
     const float far_away = 1e30f;
     if (scene_abs(d) < 1e-20f) {
@@ -152,8 +156,8 @@ static inline scene_interval scene_slab_interval(float o, float d, float extent)
     return scene_make_interval(scene_min(a, b), scene_max(a, b));
 }
 
-// One axis of the squared distance to the core of a rounded box near t = middle, as a quadratic about t =
-// start: adds v^2, e v and e^2, or nothing where the line is between the two core faces.
+// One axis of the squared distance to the core of a rounded box near t = middle, as a quadratic
+// about t = start: adds v^2, e v and e^2, or nothing where the line is between the two core faces.
 static inline sss_vec3 scene_axis_quadratic(sss_vec3 abc, float o, float d, float core, float start,
                                             float middle) {
     float side = o + middle * d < 0.0f ? -1.0f : 1.0f;
@@ -162,12 +166,13 @@ static inline sss_vec3 scene_axis_quadratic(sss_vec3 abc, float o, float d, floa
     return scene_add(abc, scene_vec(v * v, e * v, e * e));
 }
 
-// The smallest t in [start, end] at which the line comes within `rounding` of the core box, or `none`. The
-// squared distance is convex and quadratic between the (at most six) crossings of the core's face planes:
-// walk those pieces.
-static inline float scene_first_root(sss_vec3 o, sss_vec3 d, sss_vec3 core, float rounding, float start,
-                                     float end, float none) {
-    scene_interval x = scene_slab_interval(o.x, d.x, core.x), y = scene_slab_interval(o.y, d.y, core.y),
+// The smallest t in [start, end] at which the line comes within `rounding` of the core box, or
+// `none`. The squared distance is convex and quadratic between the (at most six) crossings of the
+// core's face planes: walk those pieces.
+static inline float scene_first_root(sss_vec3 o, sss_vec3 d, sss_vec3 core, float rounding,
+                                     float start, float end, float none) {
+    scene_interval x = scene_slab_interval(o.x, d.x, core.x),
+                   y = scene_slab_interval(o.y, d.y, core.y),
                    z = scene_slab_interval(o.z, d.z, core.z);
     float crossing[6];
     crossing[0] = x.t0, crossing[1] = x.t1, crossing[2] = y.t0;
@@ -178,7 +183,8 @@ static inline float scene_first_root(sss_vec3 o, sss_vec3 d, sss_vec3 core, floa
             if (crossing[i] > start && crossing[i] < stop) stop = crossing[i];
         }
         float middle = 0.5f * (start + stop);
-        sss_vec3 q = scene_axis_quadratic(scene_vec(0.0f, 0.0f, 0.0f), o.x, d.x, core.x, start, middle);
+        sss_vec3 q =
+            scene_axis_quadratic(scene_vec(0.0f, 0.0f, 0.0f), o.x, d.x, core.x, start, middle);
         q = scene_axis_quadratic(q, o.y, d.y, core.y, start, middle);
         q = scene_axis_quadratic(q, o.z, d.z, core.z, start, middle);
         float c = q.z - rounding * rounding;
@@ -194,27 +200,30 @@ static inline float scene_first_root(sss_vec3 o, sss_vec3 d, sss_vec3 core, floa
     return none;
 }
 
-static inline scene_interval scene_box_interval(const SCENE_SPACE scene_shape *s, sss_vec3 o, sss_vec3 d) {
+static inline scene_interval scene_box_interval(const SCENE_SPACE scene_shape *s, sss_vec3 o,
+                                                sss_vec3 d) {
     scene_interval x = scene_slab_interval(o.x, d.x, s->extent.x),
                    y = scene_slab_interval(o.y, d.y, s->extent.y),
                    z = scene_slab_interval(o.z, d.z, s->extent.z);
     float a = scene_max(scene_max(x.t0, y.t0), z.t0), b = scene_min(scene_min(x.t1, y.t1), z.t1);
     if (!(a < b)) return scene_make_interval(1.0f, -1.0f);
-    // Move the origin to the middle of the box's stretch: the roots then keep their digits however far the
-    // ray started.
+    // Move the origin to the middle of the box's stretch: the roots then keep their digits however
+    // far the ray started.
     float middle = 0.5f * (a + b), reach = 0.5f * (b - a), none = 2.0f * reach;
     sss_vec3 p = scene_along(o, d, middle), r = scene_vec(s->rounding, s->rounding, s->rounding);
     sss_vec3 core = scene_sub(s->extent, r);
     float entry = scene_first_root(p, d, core, s->rounding, -reach, reach, none);
     if (entry == none) return scene_make_interval(1.0f, -1.0f);
-    float leave = -scene_first_root(p, scene_scale(d, -1.0f), core, s->rounding, -reach, reach, none);
+    float leave =
+        -scene_first_root(p, scene_scale(d, -1.0f), core, s->rounding, -reach, reach, none);
     return scene_make_interval(middle + entry, middle + leave);
 }
 
 static inline scene_interval scene_shape_interval(const SCENE_SPACE scene_shape *s, sss_vec3 origin,
                                                   sss_vec3 direction) {
     sss_vec3 o = scene_to_local(s, scene_sub(origin, s->center)), d = scene_to_local(s, direction);
-    return s->kind == SCENE_ELLIPSOID ? scene_ellipsoid_interval(s, o, d) : scene_box_interval(s, o, d);
+    return s->kind == SCENE_ELLIPSOID ? scene_ellipsoid_interval(s, o, d)
+                                      : scene_box_interval(s, o, d);
 }
 
 // The vector from the core of a rounded box (local frame) to p: zero inside the core.
@@ -225,8 +234,8 @@ static inline sss_vec3 scene_from_core(const SCENE_SPACE scene_shape *s, sss_vec
     return scene_vec(p.x < 0.0f ? -e.x : e.x, p.y < 0.0f ? -e.y : e.y, p.z < 0.0f ? -e.z : e.z);
 }
 
-// How far a point is from the shape's boundary, as a share of the shape's size: below 0 inside, 0 on it,
-// above 0 outside.
+// How far a point is from the shape's boundary, as a share of the shape's size: below 0 inside, 0
+// on it, above 0 outside.
 static inline float scene_level(const SCENE_SPACE scene_shape *s, sss_vec3 position) {
     sss_vec3 p = scene_to_local(s, scene_sub(position, s->center));
     if (s->kind == SCENE_ELLIPSOID) {
@@ -267,8 +276,8 @@ static inline int scene_shape_at(const SCENE_SPACE scene *s, sss_vec3 position) 
 }
 
 // All hits of the segment with the boundary of the object, nearest first.
-static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origin, sss_vec3 direction,
-                                      float length, scene_hits *hits) {
+static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origin,
+                                      sss_vec3 direction, float length, scene_hits *hits) {
     scene_interval interval[SCENE_MAX_SHAPES];
     hits->count = 0;
     for (int i = 0; i < s->shape_count; i++) {
@@ -283,15 +292,16 @@ static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origi
         }
         if (!counts) continue;
         int place = hits->count++;
-        for (; place > 0 && hits->hit[place - 1].t > t; place--) hits->hit[place] = hits->hit[place - 1];
+        for (; place > 0 && hits->hit[place - 1].t > t; place--)
+            hits->hit[place] = hits->hit[place - 1];
         hits->hit[place].t = t;
         hits->hit[place].shape = k >> 1;
     }
 }
 
-// The nearest hit of a random walk's segment, or none. The segment begins inside, so the stretch that
-// lies inside is followed from shape to shape to its end. One that begins outside, by a rounding,
-// enters first.
+// The nearest hit of a random walk's segment, or none. The segment begins inside, so the stretch
+// that lies inside is followed from shape to shape to its end. One that begins outside, by a
+// rounding, enters first.
 static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, sss_vec3 direction,
                                  float length, scene_hits *hits) {
     scene_interval interval[SCENE_MAX_SHAPES];
@@ -317,11 +327,11 @@ static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, ss
     hits->count = hits->hit[0].t <= length;
 }
 
-// What a ray through empty space meets first: a shape, the floor or nothing. `leaving` is the shape that the
-// origin lies on (or SCENE_FLOOR, SCENE_NOTHING), which the ray leaves outwards. Below the floor it is dark:
-// see tracer.h.
-static inline scene_hit scene_nearest(const SCENE_SPACE scene *s, sss_vec3 origin, sss_vec3 direction,
-                                      int leaving) {
+// What a ray through empty space meets first: a shape, the floor or nothing. `leaving` is the shape
+// that the origin lies on (or SCENE_FLOOR, SCENE_NOTHING), which the ray leaves outwards. Below the
+// floor it is dark: see tracer.h.
+static inline scene_hit scene_nearest(const SCENE_SPACE scene *s, sss_vec3 origin,
+                                      sss_vec3 direction, int leaving) {
     scene_hit nearest;
     nearest.t = 1e30f;
     nearest.shape = SCENE_NOTHING;
@@ -355,9 +365,9 @@ static inline sss_vec3 scene_sky(const SCENE_SPACE scene *s, sss_vec3 direction)
     return scene_along(s->sky_horizon, climb, direction.y);
 }
 
-// The surroundings of a point without the object in them: the sky above, and below the floor as bright as it
-// is near the point, roughly. Radiance towards the point from direction w: (w.y > 0 ? above : below) + climb
-// w.y. The sky is exact.
+// The surroundings of a point without the object in them: the sky above, and below the floor as
+// bright as it is near the point, roughly. Radiance towards the point from direction w: (w.y > 0 ?
+// above : below) + climb w.y. The sky is exact.
 typedef struct scene_ambient {
     sss_vec3 above, below, climb;
 } scene_ambient;
@@ -366,13 +376,14 @@ static inline scene_ambient scene_make_ambient(const SCENE_SPACE scene *s, sss_v
     scene_ambient a;
     sss_vec3 path = scene_sub(s->light.center, scene_vec(position.x, 0.0f, position.z));
     float squared = scene_dot(path, path);
-    float lamp =
-        path.y * scene_max(-scene_dot(path, s->light.normal), 0.0f) * s->light.area / (squared * squared);
+    float lamp = path.y * scene_max(-scene_dot(path, s->light.normal), 0.0f) * s->light.area /
+                 (squared * squared);
     a.above = s->sky_horizon;
     a.climb = scene_sub(s->sky_zenith, s->sky_horizon);
-    sss_vec3 sky = scene_along(a.above, a.climb, 2.0f / 3.0f); // its irradiance on the floor over pi
-    sss_vec3 floor_radiance =
-        scene_mul(s->floor_albedo, scene_along(sky, s->light.radiance, lamp * s->floor_lit / SCENE_PI));
+    sss_vec3 sky =
+        scene_along(a.above, a.climb, 2.0f / 3.0f); // its irradiance on the floor over pi
+    sss_vec3 floor_radiance = scene_mul(
+        s->floor_albedo, scene_along(sky, s->light.radiance, lamp * s->floor_lit / SCENE_PI));
     a.below = scene_along(floor_radiance, a.climb,
                           2.0f / 3.0f); // so that its mean, seen from above, is that of the floor
     return a;
@@ -382,8 +393,8 @@ static inline sss_vec3 scene_ambient_radiance(scene_ambient a, sss_vec3 directio
     return scene_along(direction.y > 0.0f ? a.above : a.below, a.climb, direction.y);
 }
 
-// The irradiance of that on a surface: closed, since each half space of constant radiance gives pi (1 +- n.y)
-// / 2 and the part that is linear in w.y gives 2 pi / 3 n.y.
+// The irradiance of that on a surface: closed, since each half space of constant radiance gives pi
+// (1 +- n.y) / 2 and the part that is linear in w.y gives 2 pi / 3 n.y.
 static inline sss_vec3 scene_ambient_irradiance(scene_ambient a, sss_vec3 normal) {
     sss_vec3 e = scene_scale(a.above, 0.5f + 0.5f * normal.y);
     e = scene_along(e, a.below, 0.5f - 0.5f * normal.y);

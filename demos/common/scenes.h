@@ -8,9 +8,9 @@
 
 #include "scene.h"
 
-// What a medium is made from: diffuse albedo and diffuse mean free path (scene units), per colour channel. At
-// a high albedo most light leaves much nearer than one dmfp: Burley's length is dmfp / 3.5 at albedo 0.33,
-// dmfp / 14 at 0.9.
+// What a medium is made from: diffuse albedo and diffuse mean free path (scene units), per colour
+// channel. At a high albedo most light leaves much nearer than one dmfp: Burley's length is dmfp
+// / 3.5 at albedo 0.33, dmfp / 14 at 0.9.
 typedef struct scenes_optics {
     float albedo[3], dmfp[3];
 } scenes_optics;
@@ -23,7 +23,8 @@ static inline sss_vec3 scenes_turn(sss_vec3 v, float degrees, int axis) {
 }
 
 // Append a shape. `turn` is in degrees about x, then y, then z. Rounding 0 makes an ellipsoid.
-static inline void scenes_shape(scene *s, sss_vec3 center, sss_vec3 extent, float rounding, sss_vec3 turn) {
+static inline void scenes_shape(scene *s, sss_vec3 center, sss_vec3 extent, float rounding,
+                                sss_vec3 turn) {
     if (s->shape_count >= SCENE_MAX_SHAPES) return;
     scene_shape *shape = &s->shape[s->shape_count++];
     shape->kind = rounding > 0.0f ? SCENE_ROUNDED_BOX : SCENE_ELLIPSOID;
@@ -113,7 +114,8 @@ static inline scenes_optics scenes_corner(scene *s) {
 // A tuft of spines, each thinner than the mean free path.
 static inline scenes_optics scenes_needles(scene *s) {
     for (int i = 0; i < 14; i++) {
-        float k = (float)i, tilt = 8.0f + 3.2f * k, around = 137.508f * k, length = 0.86f - 0.012f * k;
+        float k = (float)i, tilt = 8.0f + 3.2f * k, around = 137.508f * k,
+              length = 0.86f - 0.012f * k;
         sss_vec3 turn = scene_vec(tilt, around, 0.0f), along = scene_vec(0.0f, 1.0f, 0.0f);
         along = scenes_turn(scenes_turn(along, tilt, 0), around, 1);
         sss_vec3 center = scene_add(scene_vec(0.0f, 0.06f, 0.0f), scene_scale(along, length));
@@ -125,15 +127,20 @@ static inline scenes_optics scenes_needles(scene *s) {
     return scenes_make_optics(scene_vec(0.36f, 0.76f, 0.18f), scene_vec(0.28f, 0.69f, 0.25f));
 }
 
-// A gummy bear as the mould makes it, flat at the back and lit from there: the light comes through, most of
-// it where the bear is thin.
+// A gummy bear as the mould makes it, flat at the back and lit from there: the light comes through,
+// most of it where the bear is thin.
 static inline scenes_optics scenes_bear(scene *s) {
     sss_vec3 upright = scene_vec(0.0f, 0.0f, 0.0f);
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.74f, 0.0f), scene_vec(0.50f, 0.62f, 0.27f), upright);    // belly
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.54f, 0.0f), scene_vec(0.45f, 0.40f, 0.26f), upright);    // head
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.44f, 0.21f), scene_vec(0.20f, 0.15f, 0.18f), upright);   // muzzle
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.51f, 0.37f), scene_vec(0.075f, 0.055f, 0.05f), upright); // nose
-    scenes_pair(s, scene_vec(0.175f, 1.65f, 0.235f), scene_vec(0.055f, 0.065f, 0.055f), upright);  // eyes
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.74f, 0.0f), scene_vec(0.50f, 0.62f, 0.27f),
+                     upright); // belly
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.54f, 0.0f), scene_vec(0.45f, 0.40f, 0.26f),
+                     upright); // head
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.44f, 0.21f), scene_vec(0.20f, 0.15f, 0.18f),
+                     upright); // muzzle
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.51f, 0.37f), scene_vec(0.075f, 0.055f, 0.05f),
+                     upright); // nose
+    scenes_pair(s, scene_vec(0.175f, 1.65f, 0.235f), scene_vec(0.055f, 0.065f, 0.055f),
+                upright); // eyes
     scenes_pair(s, scene_vec(0.35f, 1.87f, -0.02f), scene_vec(0.19f, 0.19f, 0.09f),
                 scene_vec(0.0f, 0.0f, -14.0f));
     scenes_pair(s, scene_vec(0.47f, 1.00f, 0.07f), scene_vec(0.29f, 0.14f, 0.15f),
@@ -149,15 +156,22 @@ static inline scenes_optics scenes_bear(scene *s) {
 // A rabbit with the sun low behind it: light comes through the ears, and the edges glow.
 static inline scenes_optics scenes_rabbit(scene *s) {
     sss_vec3 upright = scene_vec(0.0f, 0.0f, 0.0f);
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.58f, -0.22f), scene_vec(0.50f, 0.60f, 0.52f), upright);  // body
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.78f, 0.12f), scene_vec(0.30f, 0.42f, 0.28f), upright);   // chest
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.28f, 0.20f), scene_vec(0.33f, 0.29f, 0.36f), upright);   // head
-    scenes_pair(s, scene_vec(0.105f, 1.17f, 0.47f), scene_vec(0.14f, 0.11f, 0.13f), upright);      // cheeks
-    scenes_ellipsoid(s, scene_vec(0.0f, 1.25f, 0.57f), scene_vec(0.055f, 0.04f, 0.05f), upright);  // nose
-    scenes_pair(s, scene_vec(0.22f, 1.37f, 0.40f), scene_vec(0.06f, 0.075f, 0.06f), upright);      // eyes
-    scenes_pair(s, scene_vec(0.36f, 0.33f, 0.02f), scene_vec(0.23f, 0.33f, 0.40f), upright);       // thighs
-    scenes_pair(s, scene_vec(0.30f, 0.09f, 0.42f), scene_vec(0.13f, 0.09f, 0.28f), upright);       // feet
-    scenes_pair(s, scene_vec(0.14f, 0.36f, 0.38f), scene_vec(0.10f, 0.36f, 0.11f), upright);       // paws
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.58f, -0.22f), scene_vec(0.50f, 0.60f, 0.52f),
+                     upright); // body
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.78f, 0.12f), scene_vec(0.30f, 0.42f, 0.28f),
+                     upright); // chest
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.28f, 0.20f), scene_vec(0.33f, 0.29f, 0.36f),
+                     upright); // head
+    scenes_pair(s, scene_vec(0.105f, 1.17f, 0.47f), scene_vec(0.14f, 0.11f, 0.13f),
+                upright); // cheeks
+    scenes_ellipsoid(s, scene_vec(0.0f, 1.25f, 0.57f), scene_vec(0.055f, 0.04f, 0.05f),
+                     upright); // nose
+    scenes_pair(s, scene_vec(0.22f, 1.37f, 0.40f), scene_vec(0.06f, 0.075f, 0.06f),
+                upright); // eyes
+    scenes_pair(s, scene_vec(0.36f, 0.33f, 0.02f), scene_vec(0.23f, 0.33f, 0.40f),
+                upright); // thighs
+    scenes_pair(s, scene_vec(0.30f, 0.09f, 0.42f), scene_vec(0.13f, 0.09f, 0.28f), upright); // feet
+    scenes_pair(s, scene_vec(0.14f, 0.36f, 0.38f), scene_vec(0.10f, 0.36f, 0.11f), upright); // paws
     scenes_ellipsoid(s, scene_vec(0.21f, 1.86f, 0.08f), scene_vec(0.18f, 0.46f, 0.06f),
                      scene_vec(-6.0f, -10.0f, -14.0f)); // ears, one of them cocked
     scenes_ellipsoid(s, scene_vec(-0.30f, 1.80f, 0.08f), scene_vec(0.18f, 0.46f, 0.06f),
@@ -175,17 +189,22 @@ static inline scenes_optics scenes_rabbit(scene *s) {
 
 #define SCENES_NAMES "sphere slab corner needles bear rabbit"
 
-enum { SCENES_SPHERE, SCENES_SLAB, SCENES_CORNER, SCENES_NEEDLES, SCENES_BEAR, SCENES_RABBIT, SCENES };
+enum {
+    SCENES_SPHERE,
+    SCENES_SLAB,
+    SCENES_CORNER,
+    SCENES_NEEDLES,
+    SCENES_BEAR,
+    SCENES_RABBIT,
+    SCENES
+};
 
 static const struct {
     const char *name;
     scenes_optics (*make)(scene *s);
-} scenes_known[SCENES] = {{"sphere", scenes_sphere},
-                          {"slab", scenes_slab},
-                          {"corner", scenes_corner},
-                          {"needles", scenes_needles},
-                          {"bear", scenes_bear},
-                          {"rabbit", scenes_rabbit}};
+} scenes_known[SCENES] = {{"sphere", scenes_sphere}, {"slab", scenes_slab},
+                          {"corner", scenes_corner}, {"needles", scenes_needles},
+                          {"bear", scenes_bear},     {"rabbit", scenes_rabbit}};
 
 // Fill a scene, all but its medium; returns what that may be made of.
 static inline scenes_optics scenes_make(scene *s, int which) {

@@ -1,18 +1,19 @@
-// tracer.h - a path tracer whose translucent object is shaded with sss_resample.h; C99, C++11 and OpenCL
-// C 1.2. SPDX-License-Identifier: MIT
+// tracer.h - a path tracer whose translucent object is shaded with sss_resample.h; C99, C++11 and
+// OpenCL C 1.2. SPDX-License-Identifier: MIT
 //
-// One call, tracer_sample(), traces one path and returns its radiance. A sample is named by (pixel, sample,
-// seed) alone, so the picture does not depend on threads, tiles or devices.
+// One call, tracer_sample(), traces one path and returns its radiance. A sample is named by (pixel,
+// sample, seed) alone, so the picture does not depend on threads, tiles or devices.
 //
-// At each surface the path has a set of *points*: the floor point itself, the exits of a lookup or, in the
-// brute force reference, points all over the object. Every point gets next-event estimation to the area light
-// as a white Lambert surface, times its weight. One point is drawn in proportion to its weight and continues
-// the path with one cosine-distributed ray; that ray also collects the sky when nothing stops it, so no light
-// is counted twice (rays pass through the area light). A control variate takes most of the noise out of that
-// one ray: the surroundings without the object, known in closed form, are added at every point, and their
-// radiance along the ray is taken off again. Paths end after TRACER_MAX_SURFACES surfaces; there is no
-// Russian roulette. Fresnel reflection is left out: it is the caller's matter in the library, and one effect
-// less between picture and claim.
+// At each surface the path has a set of *points*: the floor point itself, the exits of a lookup or,
+// in the brute force reference, points all over the object. Every point gets next-event estimation
+// to the area light as a white Lambert surface, times its weight. One point is drawn in proportion
+// to its weight and continues the path with one cosine-distributed ray; that ray also collects the
+// sky when nothing stops it, so no light is counted twice (rays pass through the area light). A
+// control variate takes most of the noise out of that one ray: the surroundings without the object,
+// known in closed form, are added at every point, and their radiance along the ray is taken off
+// again. Paths end after TRACER_MAX_SURFACES surfaces; there is no Russian roulette. Fresnel
+// reflection is left out: it is the caller's matter in the library, and one effect less between
+// picture and claim.
 //
 // With a tile (settings.plan.tile) paths whose first surface is the object share their exits: each
 // looks up and shades its own, the whole path behind it included, and then every exit of the tile
@@ -23,8 +24,8 @@
 #include "scene.h"
 
 #define TRACER_MAX_SURFACES 4
-// Area points in each lookup of the reference: its relative variance per sample is then 0.3 (bear) to 2.8
-// (needles).
+// Area points in each lookup of the reference: its relative variance per sample is then 0.3 (bear)
+// to 2.8 (needles).
 #define TRACER_AREA_POINTS 16
 #define TRACER_MAX_POINTS  (TRACER_AREA_POINTS > SSS_MAX_EXITS ? TRACER_AREA_POINTS : SSS_MAX_EXITS)
 
@@ -41,7 +42,8 @@ typedef struct tracer_settings {
 
 typedef struct tracer_result {
     sss_vec3 radiance;
-    uint32_t probes, shaded; // probe segments traced; exits or area points that got next-event estimation
+    uint32_t probes,
+        shaded; // probe segments traced; exits or area points that got next-event estimation
 } tracer_result;
 
 // A point that is shaded as a white Lambert surface, times its weight.
@@ -68,14 +70,16 @@ typedef struct tracer_tile {
     float density[TRACER_TILE_PIXELS][SSS_MAX_EXITS];  // kernels: summed over the group
 } tracer_tile;
 
-// Random numbers of one sample: a few stratified over the samples of a pixel, the others plain hashes.
+// Random numbers of one sample: a few stratified over the samples of a pixel, the others plain
+// hashes.
 typedef struct tracer_random {
     uint32_t pixel_key, sample, sample_key, dimension;
 } tracer_random;
 
 enum { TRACER_STRATIFY_PIXEL = 0, TRACER_STRATIFY_LIGHT = 2, TRACER_STRATIFY_DIRECTION = 4 };
 
-// King et al. 2013: one probe a lookup, along the normal or one of two tangents, and nothing to choose from.
+// King et al. 2013: one probe a lookup, along the normal or one of two tangents, and nothing to
+// choose from.
 static inline sss_plan tracer_plain_plan(void) {
     sss_plan plan;
     plan.candidates = 1;
@@ -96,15 +100,17 @@ static inline tracer_random tracer_random_begin(uint32_t seed, uint32_t pixel, u
     return r;
 }
 
-static inline float tracer_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); } // [0, 1)
+static inline float tracer_unit(uint32_t bits) {
+    return (float)(bits >> 8) * (1.0f / 16777216.0f);
+} // [0, 1)
 
 static inline float tracer_next(tracer_random *r) {
     return tracer_unit(sss_hash(r->sample_key, r->dimension++));
 }
 
-// Coordinate `d` (0..5) of a rank-1 sequence: sample k sits at offset + k g^-(d+1) mod 1, g^7 = g + 1 (the
-// golden ratio's cousin in six dimensions), with the offset hashed from the pixel. Even for every number of
-// samples, in any order.
+// Coordinate `d` (0..5) of a rank-1 sequence: sample k sits at offset + k g^-(d+1) mod 1, g^7 = g +
+// 1 (the golden ratio's cousin in six dimensions), with the offset hashed from the pixel. Even for
+// every number of samples, in any order.
 static inline float tracer_stratified(const tracer_random *r, uint32_t d) {
     uint32_t step = d == 0u   ? 3859688307u
                     : d == 1u ? 3468523227u
@@ -117,7 +123,8 @@ static inline float tracer_stratified(const tracer_random *r, uint32_t d) {
 
 // A unit vector that is nowhere near parallel to n, crossed with n.
 static inline sss_vec3 tracer_tangent(sss_vec3 n) {
-    sss_vec3 other = scene_abs(n.x) < 0.6f ? scene_vec(1.0f, 0.0f, 0.0f) : scene_vec(0.0f, 1.0f, 0.0f);
+    sss_vec3 other =
+        scene_abs(n.x) < 0.6f ? scene_vec(1.0f, 0.0f, 0.0f) : scene_vec(0.0f, 1.0f, 0.0f);
     return scene_normalize(scene_cross(other, n));
 }
 
@@ -126,41 +133,49 @@ static inline sss_vec3 tracer_about(sss_vec3 n, float z, float r, float u) {
     sss_vec3 t = tracer_tangent(n), b = scene_cross(n, t);
     float sine, cosine;
     sssi_sincos_turn(u, &sine, &cosine);
-    return scene_add(scene_scale(n, z), scene_add(scene_scale(t, r * cosine), scene_scale(b, r * sine)));
+    return scene_add(scene_scale(n, z),
+                     scene_add(scene_scale(t, r * cosine), scene_scale(b, r * sine)));
 }
 
-// The camera ray's direction through a point of the image, in pixels; (0, 0) is the top left corner. The
-// central square of the picture sees the same whatever the shape of the image.
-static inline sss_vec3 tracer_camera(const SCENE_SPACE scene *s, int width, int height, float x, float y) {
+// The camera ray's direction through a point of the image, in pixels; (0, 0) is the top left
+// corner. The central square of the picture sees the same whatever the shape of the image.
+static inline sss_vec3 tracer_camera(const SCENE_SPACE scene *s, int width, int height, float x,
+                                     float y) {
     float side = 1.0f / (float)(width < height ? width : height);
     sss_vec3 d = scene_along(s->forward, s->right, (2.0f * x - (float)width) * side);
     return scene_normalize(scene_along(d, s->up, ((float)height - 2.0f * y) * side));
 }
 
 // Irradiance from the area light, estimated by one point of it.
-static inline sss_vec3 tracer_light(const SCENE_SPACE scene *s, tracer_point point, float u, float v) {
+static inline sss_vec3 tracer_light(const SCENE_SPACE scene *s, tracer_point point, float u,
+                                    float v) {
     sss_vec3 none = scene_vec(0.0f, 0.0f, 0.0f);
-    sss_vec3 at =
-        scene_along(scene_along(s->light.center, s->light.u, 2.0f * u - 1.0f), s->light.v, 2.0f * v - 1.0f);
+    sss_vec3 at = scene_along(scene_along(s->light.center, s->light.u, 2.0f * u - 1.0f), s->light.v,
+                              2.0f * v - 1.0f);
     sss_vec3 path = scene_sub(at, point.position);
     float squared = scene_dot(path, path), distance = scene_sqrt(squared);
     if (!(distance > 0.0f)) return none;
     sss_vec3 direction = scene_scale(path, 1.0f / distance);
     float here = scene_dot(direction, point.normal), there = -scene_dot(direction, s->light.normal);
-    if (here <= 0.0f || there <= 0.0f || point.position.y < 0.0f) return none; // below the floor it is dark
+    if (here <= 0.0f || there <= 0.0f || point.position.y < 0.0f)
+        return none; // below the floor it is dark
     if (scene_occluded(s, point.position, direction, distance, point.shape)) return none;
     return scene_scale(s->light.radiance, here * there * s->light.area / squared);
 }
 
-// A guess of the irradiance at a candidate, without a single ray: the light as a disk seen from here, faded
-// where it sinks below the horizon of the surface, and the surroundings without the object.
-static inline float tracer_light_guess(const SCENE_SPACE scene *s, sss_vec3 position, sss_vec3 normal) {
+// A guess of the irradiance at a candidate, without a single ray: the light as a disk seen from
+// here, faded where it sinks below the horizon of the surface, and the surroundings without the
+// object.
+static inline float tracer_light_guess(const SCENE_SPACE scene *s, sss_vec3 position,
+                                       sss_vec3 normal) {
     sss_vec3 path = scene_sub(s->light.center, position);
     float squared = scene_dot(path, path), inverse = 1.0f / scene_sqrt(squared);
-    float here = scene_dot(path, normal) * inverse, there = -scene_dot(path, s->light.normal) * inverse;
+    float here = scene_dot(path, normal) * inverse,
+          there = -scene_dot(path, s->light.normal) * inverse;
     float wide = s->light.radius * inverse; // sine of the light's radius
     if (here < wide) here = here <= -wide ? 0.0f : (here + wide) * (here + wide) / (4.0f * wide);
-    float direct = scene_mean(s->light.radiance) * here * scene_max(there, 0.0f) * s->light.area / squared;
+    float direct =
+        scene_mean(s->light.radiance) * here * scene_max(there, 0.0f) * s->light.area / squared;
     return direct + scene_mean(scene_ambient_irradiance(scene_make_ambient(s, position), normal));
 }
 
@@ -219,7 +234,8 @@ static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settin
     return plan;
 }
 
-// What sss_plan_for advises on sharing, and what goes with it, on a body on which the profile is right.
+// What sss_plan_for advises on sharing, and what goes with it, on a body on which the profile is
+// right.
 static inline sss_plan tracer_sharing(const sss_medium *m, float footprint, int hinted) {
     sss_need need;
     need.footprint = footprint;
@@ -275,12 +291,13 @@ static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings sett
 }
 
 // The same for those who only want the exits.
-static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings, sss_vec3 position,
-                               sss_vec3 normal, uint32_t seed, sss_exit *exits, uint32_t *probes) {
+static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings settings,
+                               sss_vec3 position, sss_vec3 normal, uint32_t seed, sss_exit *exits,
+                               uint32_t *probes) {
     int shapes[SSS_MAX_EXITS];
     sss_plan plan = tracer_plan(s, settings, position, normal);
-    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, 0u, exits, shapes,
-                         probes);
+    return tracer_lookup(s, settings, plan, position, normal, SCENE_NOTHING, seed, 0u, exits,
+                         shapes, probes);
 }
 
 static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, int count,
@@ -289,16 +306,17 @@ static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, 
     for (int i = 0; i < count; i++) {
         points->point[i].position = exits[i].position;
         points->point[i].normal = exits[i].normal;
-        points->point[i].weight = scene_vec(exits[i].weight[0], exits[i].weight[1], exits[i].weight[2]);
+        points->point[i].weight =
+            scene_vec(exits[i].weight[0], exits[i].weight[1], exits[i].weight[2]);
         points->point[i].shape = shapes[i];
     }
 }
 
-// ---- The reference: the surface integral of Rd(|y - x|) E(y) by area sampling. It shares no code with the
-// library but the profile itself. A convex shape is the image of the unit sphere: direction w goes to the
-// boundary point y = center + tau(w) S w, S the extents along the axes. The cone over dw has the volume
-// det(S) tau^3 dw / 3 = (y . n) dA / 3, hence dA/dw = det(S) tau^3 / (y . n), for every convex shape, edges
-// and all.
+// ---- The reference: the surface integral of Rd(|y - x|) E(y) by area sampling. It shares no code
+// with the library but the profile itself. A convex shape is the image of the unit sphere:
+// direction w goes to the boundary point y = center + tau(w) S w, S the extents along the axes. The
+// cone over dw has the volume det(S) tau^3 dw / 3 = (y . n) dA / 3, hence dA/dw = det(S) tau^3 / (y
+// . n), for every convex shape, edges and all.
 
 static inline sss_vec3 tracer_profile(const sss_medium *m, float r) {
     return scene_vec(sss_profile(m, 0, r), sss_profile(m, 1, r), sss_profile(m, 2, r));
@@ -308,7 +326,8 @@ static inline sss_vec3 tracer_profile(const sss_medium *m, float r) {
 static inline sss_vec3 tracer_parameter(const SCENE_SPACE scene_shape *s, sss_vec3 position) {
     sss_vec3 w = scene_mul(scene_to_local(s, scene_sub(position, s->center)), s->inverse_extent);
     float squared = scene_dot(w, w);
-    return squared > 0.0f ? scene_scale(w, 1.0f / scene_sqrt(squared)) : scene_vec(0.0f, 0.0f, 1.0f);
+    return squared > 0.0f ? scene_scale(w, 1.0f / scene_sqrt(squared))
+                          : scene_vec(0.0f, 0.0f, 1.0f);
 }
 
 // How much a shape is likely to give: its area times the mean profile at about its distance.
@@ -322,22 +341,25 @@ static inline float tracer_shape_share(const SCENE_SPACE scene_shape *s, const s
     return s->area * scene_mean(tracer_profile(m, distance + size)) + 1e-3f * s->area;
 }
 
-// One point of a shape: half uniform on the parameter sphere, half with density 1/(4 pi rho) at chord rho
-// from `about`, which cancels the 1/r of the profile; the balance heuristic joins the two.
-static inline tracer_point tracer_area_point(const SCENE_SPACE scene *s, int shape, sss_vec3 position,
-                                             const sss_medium *m, float share, tracer_random *random) {
+// One point of a shape: half uniform on the parameter sphere, half with density 1/(4 pi rho) at
+// chord rho from `about`, which cancels the 1/r of the profile; the balance heuristic joins the
+// two.
+static inline tracer_point tracer_area_point(const SCENE_SPACE scene *s, int shape,
+                                             sss_vec3 position, const sss_medium *m, float share,
+                                             tracer_random *random) {
     const SCENE_SPACE scene_shape *body = &s->shape[shape];
     sss_vec3 about = tracer_parameter(body, position);
     float pick = tracer_next(random), first = tracer_next(random), turn = tracer_next(random);
-    float rho =
-        pick < 0.5f ? 2.0f * scene_sqrt(first) : 2.0f * first; // rho^2 is uniform (on the sphere), or rho is
+    float rho = pick < 0.5f ? 2.0f * scene_sqrt(first)
+                            : 2.0f * first; // rho^2 is uniform (on the sphere), or rho is
     float sine = rho * scene_sqrt(scene_max(1.0f - 0.25f * rho * rho, 0.0f));
     sss_vec3 w = tracer_about(about, 1.0f - 0.5f * rho * rho, sine, turn);
     float density = (1.0f + 1.0f / scene_max(rho, 1e-6f)) * (0.125f / SCENE_PI);
 
     sss_vec3 ray = scene_mul(w, body->extent);
     float tau = 1.0f;
-    if (body->kind == SCENE_ROUNDED_BOX) tau = scene_box_interval(body, scene_vec(0.0f, 0.0f, 0.0f), ray).t1;
+    if (body->kind == SCENE_ROUNDED_BOX)
+        tau = scene_box_interval(body, scene_vec(0.0f, 0.0f, 0.0f), ray).t1;
     sss_vec3 arm = scene_scale(scene_to_world(body, ray), tau);
     tracer_point point;
     point.shape = shape;
@@ -354,9 +376,10 @@ static inline tracer_point tracer_area_point(const SCENE_SPACE scene *s, int sha
     return point;
 }
 
-// TRACER_AREA_POINTS points over the whole object, shapes drawn by systematic sampling of their shares.
-static inline void tracer_area_points(const SCENE_SPACE scene *s, sss_vec3 position, tracer_random *random,
-                                      tracer_points *points) {
+// TRACER_AREA_POINTS points over the whole object, shapes drawn by systematic sampling of their
+// shares.
+static inline void tracer_area_points(const SCENE_SPACE scene *s, sss_vec3 position,
+                                      tracer_random *random, tracer_points *points) {
     sss_medium medium = s->medium;
     float share[SCENE_MAX_SHAPES], total = 0.0f, below = 0.0f;
     for (int i = 0; i < s->shape_count; i++) {
@@ -451,7 +474,8 @@ static inline sss_vec3 tracer_go_on(const SCENE_SPACE scene *s, tracer_point fro
     tracer_random *random = &path->random;
     int first = path->surface == 0u;
     float u = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION) : tracer_next(random);
-    float v = first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
+    float v =
+        first ? tracer_stratified(random, TRACER_STRATIFY_DIRECTION + 1u) : tracer_next(random);
     path->direction = tracer_about(from.normal, scene_sqrt(1.0f - u), scene_sqrt(u), v);
     path->origin = from.position;
     path->leaving = from.shape;
@@ -614,8 +638,8 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     if (!(chosen_weight > 0.0f)) return result;
     sss_vec3 expected = tracer_go_on(s, points.point[chosen], &path);
     tracer_follow(s, settings, &path, &result);
-    sss_vec3 more = scene_scale(scene_sub(result.radiance, expected),
-                                SCENE_PI * total / chosen_weight);
+    sss_vec3 more =
+        scene_scale(scene_sub(result.radiance, expected), SCENE_PI * total / chosen_weight);
     tile->light[i][chosen] = scene_add(tile->light[i][chosen], more);
     result.radiance = scene_vec(0.0f, 0.0f, 0.0f);
     return result;
@@ -630,9 +654,8 @@ static inline float tracer_tile_spacing(const TRACER_TILE_SPACE tracer_tile *til
 }
 
 // The host's second half: adds what all exits of a group bring to each of its members.
-static inline void tracer_tile_share(const sss_medium *m,
-                                     const TRACER_TILE_SPACE tracer_tile *tile, int group,
-                                     sss_vec3 *radiance) {
+static inline void tracer_tile_share(const sss_medium *m, const TRACER_TILE_SPACE tracer_tile *tile,
+                                     int group, sss_vec3 *radiance) {
     sss_entry entry[TRACER_TILE_PIXELS];
     float weight[TRACER_TILE_PIXELS][3], spacing = tracer_tile_spacing(tile, group);
     int pixel[TRACER_TILE_PIXELS], members = 0;
@@ -719,7 +742,8 @@ static inline sss_vec3 tracer_tile_gather(const SCENE_SPACE scene *s, int i,
 }
 
 // Does the pixel's centre ray meet the translucent object? Errors are measured over these pixels.
-static inline int tracer_sees_object(const SCENE_SPACE scene *s, int width, int height, int x, int y) {
+static inline int tracer_sees_object(const SCENE_SPACE scene *s, int width, int height, int x,
+                                     int y) {
     sss_vec3 direction = tracer_camera(s, width, height, (float)x + 0.5f, (float)y + 0.5f);
     return scene_nearest(s, s->eye, direction, SCENE_NOTHING).shape >= 0;
 }

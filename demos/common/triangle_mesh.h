@@ -1,9 +1,11 @@
-// triangle_mesh.h - a triangle mesh as files have them, made fit for probes: one vertex a place, no triangle twice,
-// outward normals, a size and a place where float32 is at its best. Host only. SPDX-License-Identifier: MIT
+// triangle_mesh.h - a triangle mesh as files have them, made fit for probes: one vertex a place, no
+// triangle twice, outward normals, a size and a place where float32 is at its best. Host only.
+// SPDX-License-Identifier: MIT
 //
-// Positions are brought to the origin and to one size in double precision, before anything else is computed: wherever
-// and however large the file's object is, rays meet the same numbers. Corners at the same place (to the bit) become one
-// vertex, and so triangles know their neighbours even where the file does not say so, as STL never does.
+// Positions are brought to the origin and to one size in double precision, before anything else is
+// computed: wherever and however large the file's object is, rays meet the same numbers. Corners at
+// the same place (to the bit) become one vertex, and so triangles know their neighbours even where
+// the file does not say so, as STL never does.
 #ifndef TRIANGLE_MESH_H
 #define TRIANGLE_MESH_H
 
@@ -15,11 +17,16 @@
 
 #include "scene.h"
 
-#define MESH_RADIUS 1.2  // half the diagonal of the bounding box, in scene units: the size of the demo scenes' objects
-#define MESH_CREASE 0.6f // cosine of the angle between faces up to which shading is smooth across their edge
-#define MESH_CROWD  256 // faces: a vertex of more, such as a globe's pole, is not smoothed: that is work by their square
-#define MESH_MOST   100000000u // triangles
-#define MESH_NONE   0xffffffffu
+#define MESH_RADIUS                                                                                \
+    1.2 // half the diagonal of the bounding box, in scene units: the size of the demo scenes'
+        // objects
+#define MESH_CREASE                                                                                \
+    0.6f // cosine of the angle between faces up to which shading is smooth across their edge
+#define MESH_CROWD                                                                                 \
+    256 // faces: a vertex of more, such as a globe's pole, is not smoothed: that is work by their
+        // square
+#define MESH_MOST 100000000u // triangles
+#define MESH_NONE 0xffffffffu
 
 typedef struct triangle_mesh {
     uint32_t vertices, triangles;
@@ -29,7 +36,7 @@ typedef struct triangle_mesh {
     uint32_t *object;   // of each triangle: see mesh_orient()
     double size[3];     // of the bounding box, in the file's units
     double unit;        // scene units in one of the file's
-    uint32_t left_out;  // triangles without area, with corners that are no numbers, or there already
+    uint32_t left_out; // triangles without area, with corners that are no numbers, or there already
 } triangle_mesh;
 
 // ---- A set of keys of three words each, which are numbered as they come
@@ -56,7 +63,8 @@ static inline void mesh_set_free(mesh_set *set) {
 static inline uint32_t mesh_set_add(mesh_set *set, uint32_t a, uint32_t b, uint32_t c) {
     const uint32_t key[3] = {a, b, c};
     uint32_t place = sss_hash(sss_hash(a, b), c) & set->mask;
-    while (set->slot[place] != MESH_NONE && memcmp(set->key[set->slot[place]], key, sizeof key) != 0)
+    while (set->slot[place] != MESH_NONE &&
+           memcmp(set->key[set->slot[place]], key, sizeof key) != 0)
         place = (place + 1) & set->mask;
     if (set->slot[place] == MESH_NONE) {
         set->slot[place] = set->count;
@@ -72,14 +80,17 @@ typedef struct mesh_vector {
 } mesh_vector;
 
 static inline mesh_vector mesh_between(sss_vec3 from, sss_vec3 to) {
-    mesh_vector v = {(double)to.x - (double)from.x, (double)to.y - (double)from.y, (double)to.z - (double)from.z};
+    mesh_vector v = {(double)to.x - (double)from.x, (double)to.y - (double)from.y,
+                     (double)to.z - (double)from.z};
     return v;
 }
 static inline mesh_vector mesh_cross(mesh_vector a, mesh_vector b) {
     mesh_vector v = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
     return v;
 }
-static inline double mesh_dot(mesh_vector a, mesh_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline double mesh_dot(mesh_vector a, mesh_vector b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 // The cross product of two edges: along the outward normal, twice the area long.
 static inline mesh_vector mesh_span(const triangle_mesh *m, uint32_t triangle) {
@@ -91,7 +102,9 @@ static inline sss_vec3 mesh_direction(mesh_vector v) {
     double inverse = 1.0 / sqrt(mesh_dot(v, v));
     return scene_vec((float)(v.x * inverse), (float)(v.y * inverse), (float)(v.z * inverse));
 }
-static inline sss_vec3 mesh_normal(const triangle_mesh *m, uint32_t triangle) { return mesh_direction(mesh_span(m, triangle)); }
+static inline sss_vec3 mesh_normal(const triangle_mesh *m, uint32_t triangle) {
+    return mesh_direction(mesh_span(m, triangle));
+}
 
 // ---- Which way is out
 
@@ -99,14 +112,16 @@ typedef struct mesh_edge {
     uint32_t side[2], faces; // 3 * triangle + which edge of it; how many triangles it has
 } mesh_edge;
 
-// One piece, its triangles in `list`: its faces are turned if its volume about its middle is below 0 or, where it is as
-// flat as a sheet, if it faces down.
-static inline void mesh_turn_out(const triangle_mesh *m, const uint32_t *list, uint32_t count, unsigned char *flip) {
+// One piece, its triangles in `list`: its faces are turned if its volume about its middle is below
+// 0 or, where it is as flat as a sheet, if it faces down.
+static inline void mesh_turn_out(const triangle_mesh *m, const uint32_t *list, uint32_t count,
+                                 unsigned char *flip) {
     const sss_vec3 zero = {0.0f, 0.0f, 0.0f};
     mesh_vector sum = {0.0, 0.0, 0.0}, middle = {0.0, 0.0, 0.0};
     double moment = 0.0, total = 0.0;
     for (uint32_t i = 0; i < count; i++) {
-        mesh_vector n = mesh_span(m, list[i]), p = mesh_between(zero, m->position[m->corner[3 * (size_t)list[i]]]);
+        mesh_vector n = mesh_span(m, list[i]),
+                    p = mesh_between(zero, m->position[m->corner[3 * (size_t)list[i]]]);
         double weight = sqrt(mesh_dot(n, n)), side = flip[list[i]] ? -1.0 : 1.0;
         sum.x += side * n.x, sum.y += side * n.y, sum.z += side * n.z;
         middle.x += weight * p.x, middle.y += weight * p.y, middle.z += weight * p.z;
@@ -118,12 +133,13 @@ static inline void mesh_turn_out(const triangle_mesh *m, const uint32_t *list, u
     for (uint32_t i = 0; i < count && (flat ? sum.y : volume) < 0.0; i++) flip[list[i]] ^= 1;
 }
 
-// Turns neighbours the same way, piece by piece, then each piece outwards. Edges of more than two triangles join none.
-// A closed piece is an object of its own: light scatters in it alone, whatever is beside or inside of it. All open ones
-// together are object 0: they are patches of one body, or leaves, or torn along a seam.
+// Turns neighbours the same way, piece by piece, then each piece outwards. Edges of more than two
+// triangles join none. A closed piece is an object of its own: light scatters in it alone, whatever
+// is beside or inside of it. All open ones together are object 0: they are patches of one body, or
+// leaves, or torn along a seam.
 enum { MESH_UNSEEN = 2 };
-static inline void mesh_orient(const triangle_mesh *m, const mesh_edge *edge, const uint32_t *edge_of, uint32_t *list,
-                               unsigned char *flip) {
+static inline void mesh_orient(const triangle_mesh *m, const mesh_edge *edge,
+                               const uint32_t *edge_of, uint32_t *list, unsigned char *flip) {
     uint32_t objects = 0;
     for (uint32_t seed = 0; seed < m->triangles; seed++) {
         uint32_t count = 0, open = 0;
@@ -136,7 +152,8 @@ static inline void mesh_orient(const triangle_mesh *m, const mesh_edge *edge, co
                 uint32_t other = e->side[0] == k ? e->side[1] : e->side[0];
                 open += e->faces != 2;
                 if (e->faces != 2 || flip[other / 3] != MESH_UNSEEN) continue;
-                int along = m->corner[k] == m->corner[other]; // both run along the edge the same way: one is turned
+                int along = m->corner[k] ==
+                            m->corner[other]; // both run along the edge the same way: one is turned
                 flip[other / 3] = flip[list[done]] ^ (unsigned char)along;
                 list[count++] = other / 3;
             }
@@ -177,23 +194,26 @@ static inline const char *mesh_find_outside(triangle_mesh *m) {
     return good ? NULL : "does not fit into memory";
 }
 
-// ---- Shading normals: at each corner the mean of the faces about the vertex, weighted by their angles there, as far
-// as they are not beyond a crease
+// ---- Shading normals: at each corner the mean of the faces about the vertex, weighted by their
+// angles there, as far as they are not beyond a crease
 
 static inline double mesh_angle(const triangle_mesh *m, uint32_t corner) {
     const uint32_t *c = m->corner + 3 * (size_t)(corner / 3);
     uint32_t i = corner % 3;
     mesh_vector a = mesh_between(m->position[c[i]], m->position[c[(i + 1) % 3]]);
-    mesh_vector b = mesh_between(m->position[c[i]], m->position[c[(i + 2) % 3]]), n = mesh_cross(a, b);
+    mesh_vector b = mesh_between(m->position[c[i]], m->position[c[(i + 2) % 3]]),
+                n = mesh_cross(a, b);
     return atan2(sqrt(mesh_dot(n, n)), mesh_dot(a, b));
 }
 
 static inline void mesh_smooth_vertex(triangle_mesh *m, const uint32_t *list, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
-        sss_vec3 own = mesh_normal(m, list[i] / 3), sum = count > MESH_CROWD ? own : scene_vec(0.0f, 0.0f, 0.0f);
+        sss_vec3 own = mesh_normal(m, list[i] / 3),
+                 sum = count > MESH_CROWD ? own : scene_vec(0.0f, 0.0f, 0.0f);
         for (uint32_t j = 0; j < count && count <= MESH_CROWD; j++) {
             sss_vec3 other = mesh_normal(m, list[j] / 3);
-            if (scene_dot(own, other) >= MESH_CREASE) sum = scene_along(sum, other, (float)mesh_angle(m, list[j]));
+            if (scene_dot(own, other) >= MESH_CREASE)
+                sum = scene_along(sum, other, (float)mesh_angle(m, list[j]));
         }
         m->shading[list[i]] = scene_normalize(sum);
     }
@@ -208,7 +228,8 @@ static inline const char *mesh_smooth(triangle_mesh *m) {
     for (size_t k = 0; good && k < corners; k++) first[m->corner[k]]++;
     for (uint32_t v = 1; good && v <= m->vertices; v++) first[v] += first[v - 1];
     for (size_t k = corners; good && k-- > 0;) list[--first[m->corner[k]]] = (uint32_t)k;
-    for (uint32_t v = 0; good && v < m->vertices; v++) mesh_smooth_vertex(m, list + first[v], first[v + 1] - first[v]);
+    for (uint32_t v = 0; good && v < m->vertices; v++)
+        mesh_smooth_vertex(m, list + first[v], first[v + 1] - first[v]);
     free(first);
     free(list);
     return good ? NULL : "does not fit into memory";
@@ -227,8 +248,8 @@ static inline int mesh_usable(const float *xyz, size_t vertices, const uint32_t 
 }
 
 // The bounding box of the triangles that can be used, in the file's units; whether there are any.
-static inline int mesh_bounds(const float *xyz, size_t vertices, const uint32_t *corner, size_t triangles,
-                              double low[3], double high[3]) {
+static inline int mesh_bounds(const float *xyz, size_t vertices, const uint32_t *corner,
+                              size_t triangles, double low[3], double high[3]) {
     int any = 0;
     for (int c = 0; c < 3; c++) low[c] = HUGE_VAL, high[c] = -HUGE_VAL;
     for (size_t k = 0; k < 3 * triangles; k++) {
@@ -243,10 +264,11 @@ static inline int mesh_bounds(const float *xyz, size_t vertices, const uint32_t 
     return any;
 }
 
-// The vertices at their new place, those at the same place as one; which of them each triangle has. A triangle with
-// less than three of them, or with the same three as another, is left out.
-static inline void mesh_weld(triangle_mesh *m, mesh_set *places, mesh_set *faces, const float *xyz, size_t vertices,
-                             const uint32_t *corner, size_t triangles, const double from[3]) {
+// The vertices at their new place, those at the same place as one; which of them each triangle has.
+// A triangle with less than three of them, or with the same three as another, is left out.
+static inline void mesh_weld(triangle_mesh *m, mesh_set *places, mesh_set *faces, const float *xyz,
+                             size_t vertices, const uint32_t *corner, size_t triangles,
+                             const double from[3]) {
     for (size_t i = 0; i < triangles; i++) {
         uint32_t v[3], *kept = m->corner + 3 * (size_t)m->triangles;
         if (!mesh_usable(xyz, vertices, corner + 3 * i)) continue;
@@ -254,12 +276,14 @@ static inline void mesh_weld(triangle_mesh *m, mesh_set *places, mesh_set *faces
             const float *p = xyz + 3 * (size_t)corner[3 * i + (size_t)k];
             float at[3];
             uint32_t bits[3];
-            for (int c = 0; c < 3; c++) at[c] = (float)(((double)p[c] - from[c]) * m->unit) + 0.0f; // -0 is 0
+            for (int c = 0; c < 3; c++)
+                at[c] = (float)(((double)p[c] - from[c]) * m->unit) + 0.0f; // -0 is 0
             memcpy(bits, at, sizeof bits);
             kept[k] = v[k] = mesh_set_add(places, bits[0], bits[1], bits[2]);
             m->position[v[k]] = scene_vec(at[0], at[1], at[2]);
         }
-        uint32_t least = v[0] < v[1] ? v[0] : v[1], most = v[0] < v[1] ? v[1] : v[0], known = faces->count;
+        uint32_t least = v[0] < v[1] ? v[0] : v[1], most = v[0] < v[1] ? v[1] : v[0],
+                 known = faces->count;
         uint32_t low = v[2] < least ? v[2] : least, high = v[2] > most ? v[2] : most;
         mesh_vector span = mesh_span(m, m->triangles);
         if (!(mesh_dot(span, span) > 0.0)) continue;
@@ -278,10 +302,10 @@ static inline void mesh_free(triangle_mesh *m) {
     memset(m, 0, sizeof *m);
 }
 
-// From vertices, three numbers each, and triangles, three vertices each: NULL, or what is wrong. It stands on y = 0
-// with its middle on the y axis.
-static inline const char *mesh_make(triangle_mesh *m, const float *xyz, size_t vertices, const uint32_t *corner,
-                                    size_t triangles) {
+// From vertices, three numbers each, and triangles, three vertices each: NULL, or what is wrong. It
+// stands on y = 0 with its middle on the y axis.
+static inline const char *mesh_make(triangle_mesh *m, const float *xyz, size_t vertices,
+                                    const uint32_t *corner, size_t triangles) {
     double low[3], high[3], from[3], diagonal = 0.0;
     mesh_set places = {NULL, 0, 0, NULL}, faces = {NULL, 0, 0, NULL};
     memset(m, 0, sizeof *m);
@@ -297,7 +321,8 @@ static inline const char *mesh_make(triangle_mesh *m, const float *xyz, size_t v
     m->corner = (uint32_t *)malloc(3 * triangles * sizeof *m->corner);
     m->position = (sss_vec3 *)malloc((3 * triangles + 1) * sizeof *m->position);
     const char *wrong = "does not fit into memory";
-    if (mesh_set_new(&places, 3 * triangles) && mesh_set_new(&faces, triangles) && m->corner && m->position) {
+    if (mesh_set_new(&places, 3 * triangles) && mesh_set_new(&faces, triangles) && m->corner &&
+        m->position) {
         mesh_weld(m, &places, &faces, xyz, vertices, corner, triangles, from);
         wrong = m->triangles ? mesh_find_outside(m) : "has no triangles with an area";
         if (!wrong) wrong = mesh_smooth(m);

@@ -1,5 +1,5 @@
-// window.h - what the two programs with a window have in common: colours, options, keys. Host only. Like command.h part
-// of each program, so some names have no prefix. SPDX-License-Identifier: MIT
+// window.h - what the two programs with a window have in common: colours, options, keys. Host only.
+// Like command.h part of each program, so some names have no prefix. SPDX-License-Identifier: MIT
 #ifndef WINDOW_H
 #define WINDOW_H
 
@@ -17,17 +17,17 @@
 #define WINDOW_PROFILES "burley dipole better-dipole"
 
 // Their lines of --help; the options of one program alone stand before and between.
-#define WINDOW_HELP_SCENE                                                                                              \
-    "  --scene NAME       one of " SCENES_NAMES " (bear)\n"                                                    \
-    "  --profile NAME     burley (default), dipole, better-dipole\n"                                                   \
-    "  --candidates M     probes of each resampled lookup (8)\n"                                                       \
+#define WINDOW_HELP_SCENE                                                                          \
+    "  --scene NAME       one of " SCENES_NAMES " (bear)\n"                                        \
+    "  --profile NAME     burley (default), dipole, better-dipole\n"                               \
+    "  --candidates M     probes of each resampled lookup (8)\n"                                   \
     "  --seed S           0..4294967295 (1)\n"
-#define WINDOW_HELP_FILES                                                                                              \
-    "  --size WxH         window or picture size in pixels (1280x720)\n"                                               \
-    "  --png FILE         where key W saves a picture (" COMMAND ".png)\n"                                             \
-    "  --headless         no window: write the picture and end\n"                                                      \
-    "  --help\n"                                                                                                       \
-    "\n"                                                                                                               \
+#define WINDOW_HELP_FILES                                                                          \
+    "  --size WxH         window or picture size in pixels (1280x720)\n"                           \
+    "  --png FILE         where key W saves a picture (" COMMAND ".png)\n"                         \
+    "  --headless         no window: write the picture and end\n"                                  \
+    "  --help\n"                                                                                   \
+    "\n"                                                                                           \
     "The window lists its keys. Without a display: --headless.\n"
 
 #define WINDOW_HELP_INTERRUPT                                                                      \
@@ -151,7 +151,8 @@ static inline void window_tell(window *w, const char *wrong) {
     w->failed |= wrong != NULL;
 }
 
-// Takes what is drawn. One that still waits for the writer gives way: this one would overwrite it at once.
+// Takes what is drawn. One that still waits for the writer gives way: this one would overwrite it
+// at once.
 static inline void window_save(window *w) {
     free(w->waiting.rgb);
     const char *wrong = canvas_read(&w->c, &w->waiting);
@@ -159,7 +160,8 @@ static inline void window_save(window *w) {
     w->save = 0;
 }
 
-// Tells of the picture that the writer has finished, and gives it the next. With `wait`, until there is none left.
+// Tells of the picture that the writer has finished, and gives it the next. With `wait`, until
+// there is none left.
 static inline void window_write_pictures(window *w, int wait) {
     do {
         if (job_ends(&w->writer, wait)) {

@@ -1,5 +1,5 @@
-// bench.c - what a candidate costs: the library alone, on a plane, against six exponentials of libm in the same run.
-// SPDX-License-Identifier: MIT
+// bench.c - what a candidate costs: the library alone, on a plane, against six exponentials of libm
+// in the same run. SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-// bench_exits.c - lookups a second on one core, on all, and on an OpenCL device, the same work in the same run:
-// bench_exits [DEVICE] [LOCAL SIZE]. SPDX-License-Identifier: MIT
+// bench_exits.c - lookups a second on one core, on all, and on an OpenCL device, the same work in
+// the same run: bench_exits [DEVICE] [LOCAL SIZE]. SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
 #include <omp.h>
@@ -37,12 +37,14 @@ static void make_entries(const scene *s, batch *b) {
     }
 }
 
-static void exits_on_cpu(const scene *s, tracer_settings settings, int threads, int entries, batch *b) {
+static void exits_on_cpu(const scene *s, tracer_settings settings, int threads, int entries,
+                         batch *b) {
 #pragma omp parallel for schedule(dynamic, 64) num_threads(threads)
     for (int i = 0; i < entries; i++) {
         sss_exit own[SSS_MAX_EXITS];
         uint32_t probes = 0;
-        b->count[i] = tracer_exits(s, settings, b->position[i], b->normal[i], b->seed[i], own, &probes);
+        b->count[i] =
+            tracer_exits(s, settings, b->position[i], b->normal[i], b->seed[i], own, &probes);
         if (b->count[i] > 0) b->exit[i] = own[0];
     }
 }
@@ -58,8 +60,8 @@ static void keep_least(double *least, double seconds) {
     if (seconds < *least) *least = seconds;
 }
 
-// The best of several rounds of each, in turns, so that other work on the machine troubles both alike. Returns how many
-// seconds the first launch took.
+// The best of several rounds of each, in turns, so that other work on the machine troubles both
+// alike. Returns how many seconds the first launch took.
 static double measure(tracer_cl *t, int which, int candidates) {
     static batch cpu, device;
     double best[3] = {1e30, 1e30, 1e30}, first = 0.0;
@@ -84,10 +86,12 @@ static double measure(tracer_cl *t, int which, int candidates) {
         if (round == 0) first = now() - start;
         keep_least(&best[2], now() - start);
     }
-    printf("%-8s M = %2d: one core %5.0f, all %5.0f, device %5.0f thousand lookups a second; device over all %.2f, "
+    printf("%-8s M = %2d: one core %5.0f, all %5.0f, device %5.0f thousand lookups a second; "
+           "device over all %.2f, "
            "bits %s\n",
-           scenes_known[which].name, candidates, 1e-3 * ENTRIES / best[0], 1e-3 * ENTRIES / best[1], 1e-3 * ENTRIES / best[2],
-           best[1] / best[2], memcmp(&cpu, &device, sizeof cpu) == 0 ? "equal" : "DIFFER");
+           scenes_known[which].name, candidates, 1e-3 * ENTRIES / best[0], 1e-3 * ENTRIES / best[1],
+           1e-3 * ENTRIES / best[2], best[1] / best[2],
+           memcmp(&cpu, &device, sizeof cpu) == 0 ? "equal" : "DIFFER");
     return first;
 }
 

@@ -19,11 +19,12 @@
 #define CHART_KEY    96
 
 static const char usage[] =
-    "usage: chart [--quick | --reduced] [--csv FILE]\n"
+    "usage: chart [--quick | --reduced] [--scene NAME] [--csv FILE]\n"
     "Measures total error (noise and model together) against a walk through the volume, and\n"
     "CPU time, of the ways to sample subsurface scattering: build/chart.csv.\n"
     "\n"
     "  --csv FILE   where the rows go; rows that it holds are not measured again\n"
+    "  --scene NAME only this one: sphere, slab, corner, needles or bear\n"
     "  --reduced    an eighth of the work: fewer tiles, runs, walks and points\n"
     "  --quick      few samples: checks that all works, its figures say nothing\n"
     "  --help\n"
@@ -114,7 +115,7 @@ typedef struct chart_world {
     int pixels;         // of the tiles
     int sees;           // pixels of the picture that see the object
     int cloud_points, cloud_lamps;
-    double cloud_seconds; // to build it
+    double cloud_seconds;        // to build it
     rivals_way way[CHART_TILES]; // of the last row of lookups
     chart_row row;
 } chart_world;
@@ -163,8 +164,9 @@ static void measure_costs(chart_world *w) {
         for (int i = 0; i < 4096; i++) {
             const camera_entry *at = &tile->at[i % tile->count];
             tracer_random random = tracer_random_begin(2u, (uint32_t)i, 0u);
-            sink += rivals_shade_exit(&w->world.s, at->position, at->normal, at->shape, 0, &random,
-                                      &work).x;
+            sss_vec3 light = rivals_shade_exit(&w->world.s, at->position, at->normal, at->shape, 0,
+                                               &random, &work);
+            sink += light.x;
         }
         each = (cpu_seconds() - start) / 4096.0 + 1e-30 * (double)sink;
         w->shade_seconds = fmin(w->shade_seconds, each);
@@ -216,8 +218,7 @@ static void make_world(chart_world *w, const chart_settings *settings, int scene
     for (int y = 0; y < CHART_HEIGHT; y++)
         for (int x = 0; x < CHART_WIDTH; x++)
             w->sees += tracer_sees_object(&w->world.s, CHART_WIDTH, CHART_HEIGHT, x, y);
-    for (int t = 0; t < settings->tiles; t++)
-        rivals_place(&w->world.s, (uint32_t)t, &w->tile[t]);
+    for (int t = 0; t < settings->tiles; t++) rivals_place(&w->world.s, (uint32_t)t, &w->tile[t]);
 
 #pragma omp parallel for schedule(dynamic)
     for (int t = 0; t < settings->tiles; t++)
@@ -287,8 +288,7 @@ static void measure_run(chart_sums *sums, const chart_world *w, const chart_meth
         double start = cpu_seconds();
         if (m->kind == CHART_LEAN)
             rivals_lean_tile(&w->world, tile, seed, (uint32_t)n, value, &sums->work);
-        else
-            rivals_header_tile(&w->world, tile, way, seed, (uint32_t)n, value, &sums->work);
+        else rivals_header_tile(&w->world, tile, way, seed, (uint32_t)n, value, &sums->work);
         sums->seconds += cpu_seconds() - start;
 
         for (int l = 0, size = 1; l < CHART_LEVELS; l++, size *= 4) {
@@ -659,10 +659,19 @@ static int race(chart_file *f, chart_world *w, const chart_settings *settings, i
     return missing > 0;
 }
 
-static const chart_settings *parse(int count, char **words, const char **path) {
+static int scene_of(const char *name) {
+    for (int i = 0; i < CHART_SCENES; i++)
+        if (strcmp(scenes_known[i].name, name) == 0) return i;
+    fail(2, "there is no scene '%s' in the race; --help lists them", name);
+    return -1;
+}
+
+// Sets the place of the file and the only scene, -1 for all.
+static const chart_settings *parse(int count, char **words, const char **path, int *scene_index) {
     const chart_settings *settings = &chart_full;
 
     *path = "build/chart.csv";
+    *scene_index = -1;
     for (int i = 1; i < count; i++) {
         if (strcmp(words[i], "--help") == 0) {
             fputs(usage, stdout);
@@ -674,6 +683,9 @@ static const chart_settings *parse(int count, char **words, const char **path) {
         } else if (strcmp(words[i], "--csv") == 0) {
             if (++i == count) fail(2, "--csv wants a file name");
             *path = words[i];
+        } else if (strcmp(words[i], "--scene") == 0) {
+            if (++i == count) fail(2, "--scene wants a name");
+            *scene_index = scene_of(words[i]);
         } else {
             fail(2, "unknown option '%s'; --help lists what there is", words[i]);
         }
@@ -684,16 +696,19 @@ static const chart_settings *parse(int count, char **words, const char **path) {
 int main(int argc, char **argv) {
     static chart_world w;
     const char *path;
-    const chart_settings *settings = parse(argc, argv, &path);
+    int only;
+    const chart_settings *settings = parse(argc, argv, &path, &only);
     chart_file f;
     chart_rows rows = {0, 0, 0};
     progress p;
-    int missing[CHART_SCENES * 3];
+    int missing[CHART_SCENES * 3] = {0};
 
     open_file(&f, path, settings);
     signal(SIGINT, interrupt);
-    for (int i = 0; i < CHART_SCENES * settings->sizes; i++)
+    for (int i = 0; i < CHART_SCENES * settings->sizes; i++) {
+        if (only >= 0 && i % CHART_SCENES != only) continue;
         missing[i] = race(&f, NULL, settings, i % CHART_SCENES, i / CHART_SCENES, &rows, NULL);
+    }
     rows.done = rows.skipped;
     progress_begin(&p, "rows", rows.total - rows.skipped);
     for (int i = 0; i < CHART_SCENES * settings->sizes && !interrupted; i++) {
@@ -707,6 +722,7 @@ int main(int argc, char **argv) {
     free(f.key);
     if (fclose(f.file) != 0) fail(1, "cannot write %s: %s", path, strerror(errno));
     if (interrupted)
-        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total, path);
+        fprintf(stderr, "chart: interrupted; %d of %d rows are in %s\n", rows.done, rows.total,
+                path);
     return interrupted ? 130 : 0;
 }

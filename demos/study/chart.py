@@ -78,9 +78,9 @@ def envelope(rows, cost, times=TIMES):
 
 
 def time_to(rows, cost, target):
-    """Seconds a pixel until some row is down to that total error."""
+    """Seconds a pixel until some row, of a list, is down to that total error."""
     best = np.inf
-    for row in rows.itertuples():
+    for row in rows:
         t, e = curve(row, cost)
         e = np.minimum.accumulate(e)
         if e[-1] > target:
@@ -124,11 +124,11 @@ def judge(rows):
                 best, mine = envelope(field, cost), envelope(plan, cost)
                 fair = np.isfinite(mine) & np.isfinite(best)
                 ratio = mine[fair] / best[fair]
-                winner, quickest = first_to(field, cost, 0.05)
+                winner, quickest = first_to(by_family(field), cost, 0.05)
                 out.append({
                     "scene": scene, "size": size, "hinted": hinted, "cost": cost,
                     "mean": np.exp(np.log(ratio).mean()), "worst": ratio.max(),
-                    "time": time_to(plan, cost, 0.05) / quickest, "winner": winner,
+                    "time": time_to(list(plan.itertuples()), cost, 0.05) / quickest, "winner": winner,
                 })
     return pd.DataFrame(out)
 
@@ -178,9 +178,14 @@ def race(rows, out):
     finish(figure, f"{out}-race.png")
 
 
-def first_to(field, cost, target):
+def by_family(field):
+    """Lists of rows: pandas takes long to make them."""
+    return {f: list(field[field.method.isin(m)].itertuples()) for f, (m, _) in FAMILIES.items()}
+
+
+def first_to(families, cost, target):
     """The family that is down to that error first, and its time."""
-    at = {f: time_to(field[field.method.isin(m)], cost, target) for f, (m, _) in FAMILIES.items()}
+    at = {f: time_to(rows, cost, target) for f, rows in families.items()}
     best = min(at, key=at.get)
     return best, at[best]
 
@@ -193,9 +198,9 @@ def which(rows, out):
     for (j, target), (i, hinted) in [(y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])]:
         ax = axes[j, i]
         for k, (scene, size, _) in enumerate(spots.itertuples(index=False)):
-            field = rivals(world(rows, scene, size), hinted)
+            families = by_family(rivals(world(rows, scene, size), hinted))
             for c in charges:
-                best, time = first_to(field, c, target)
+                best, time = first_to(families, c, target)
                 if not np.isfinite(time):
                     continue
                 used.add(best)

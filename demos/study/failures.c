@@ -1,5 +1,6 @@
-// failures.c - ten ways to sample subsurface scattering that fail, each beside what the header does, by measurement:
-// pictures, data for failures.gp, a page of HTML, and the figures as a table. See --help. SPDX-License-Identifier: MIT
+// failures.c - ten ways to sample subsurface scattering that fail, each beside what the header
+// does, by measurement: pictures, data for failures.gp, a page of HTML, and the figures as a table.
+// See --help. SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 #define COMMAND       "failures"
 #include <stdarg.h>
@@ -10,10 +11,11 @@
 
 #define BLOCKS 64
 
-static const char usage[] =
-    "usage: failures [--quick] OUT\n"
-    "Measures ten classical failures and the header beside them. Writes OUT.html, the pictures OUT-*.png and what\n"
-    "failures.gp draws the rest from; prints what was measured as a table. --quick: fewer samples, smaller pictures.\n";
+static const char usage[] = "usage: failures [--quick] OUT\n"
+                            "Measures ten classical failures and the header beside them. Writes "
+                            "OUT.html, the pictures OUT-*.png and what\n"
+                            "failures.gp draws the rest from; prints what was measured as a table. "
+                            "--quick: fewer samples, smaller pictures.\n";
 
 static const char *out;
 static int quick;
@@ -28,70 +30,93 @@ typedef struct panel {
 enum { EDGE, HITS, RETRY, REACH, COLOURS, WALL, HAIR, SLAB, BUMPS, FLOATS, PANELS };
 static panel panels[PANELS] = {
     {"edge", "A disk probe along the normal is blind to faces along that normal",
-     "Probes about the normal alone never meet the other face of an edge: the light that would leave there is lost, "
-     "and since nothing is noisy the picture looks converged. Chords meet every face alike. The figures are for even "
+     "Probes about the normal alone never meet the other face of an edge: the light that would "
+     "leave there is lost, "
+     "and since nothing is noisy the picture looks converged. Chords meet every face alike. The "
+     "figures are for even "
      "light, 0.2 d from the edge.",
      "", ""},
     {"hits", "Dividing by hits instead of probes",
-     "The sum of the candidates' weights has to be divided by the probes that were sent. Divided by the hits that were "
-     "found it is biased, by an amount that depends on the shape and that more candidates do not take away. Figures "
+     "The sum of the candidates' weights has to be divided by the probes that were sent. Divided "
+     "by the hits that were "
+     "found it is biased, by an amount that depends on the shape and that more candidates do not "
+     "take away. Figures "
      "for plane, sphere and plates at M = 8.",
      "", ""},
     {"retry", "Trying again until a probe hits",
-     "No hit is a fair sample of zero. On a small body most probes miss; a renderer that draws again until one hits "
+     "No hit is a fair sample of zero. On a small body most probes miss; a renderer that draws "
+     "again until one hits "
      "makes small things glow.",
      "", ""},
     {"reach", "A reach that suits one colour",
-     "White wax whose red light travels ten times as far as the green. Probes that end at 16 lengths of the green "
-     "channel lose the red light beyond: the wax turns cyan. The header's reach is that of the widest channel, and "
+     "White wax whose red light travels ten times as far as the green. Probes that end at 16 "
+     "lengths of the green "
+     "channel lose the red light beyond: the wax turns cyan. The header's reach is that of the "
+     "widest channel, and "
      "chords have no end.",
      "", ""},
     {"colours", "Radii drawn for one colour",
-     "The same wax, both resampled, left with radii drawn from the blue channel's profile alone. The mean is right, "
-     "but the variance of red is infinite, as its profile is more than twice as wide as the density that should find "
-     "it. So most of the picture lacks red and a few dots have it all. The header draws from all channels and weighs "
+     "The same wax, both resampled, left with radii drawn from the blue channel's profile alone. "
+     "The mean is right, "
+     "but the variance of red is infinite, as its profile is more than twice as wide as the "
+     "density that should find "
+     "it. So most of the picture lacks red and a few dots have it all. The header draws from all "
+     "channels and weighs "
      "by their mixture. The figures are the largest weight of a lookup over the albedo.",
      "", ""},
     {"wall", "A pick without a light hint",
-     "A pane with the lamp behind it. Resampling by the profile alone picks points next to the entry, which are dark. "
-     "A guess of the light at each candidate, without a ray, moves the pick to the lit side; the mean stays. The "
+     "A pane with the lamp behind it. Resampling by the profile alone picks points next to the "
+     "entry, which are dark. "
+     "A guess of the light at each candidate, without a ray, moves the pick to the lit side; the "
+     "mean stays. The "
      "figures are for the pixel in the middle.",
      "", ""},
     {"hair", "Weights without a bound",
-     "A hair of radius d / 10. Where its side turns along the only axis of the probes, the density goes to zero and "
-     "the weight to infinity: the largest weight grows with the number of lookups for ever. With chords in the mix no "
+     "A hair of radius d / 10. Where its side turns along the only axis of the probes, the density "
+     "goes to zero and "
+     "the weight to infinity: the largest weight grows with the number of lookups for ever. With "
+     "chords in the mix no "
      "weight exceeds the bound.",
      "", ""},
     {"slab", "A depth that meets the far side",
-     "Sphere probes pass through a point at depth h. Where a slab is as thick as that, all of them meet its far side "
-     "in that very point, and the rest of the far side, a good part of the light, is missed. Other techniques in the "
+     "Sphere probes pass through a point at depth h. Where a slab is as thick as that, all of them "
+     "meet its far side "
+     "in that very point, and the rest of the far side, a good part of the light, is missed. Other "
+     "techniques in the "
      "mix see it.",
      "", ""},
     {"bumps", "Shading normals in the density",
-     "A sphere with a bump map; the light is even along the true surface, so the picture should be smooth. The density "
-     "counts crossings of the true surface: given shading normals, probes along the tangents seem likely where there "
+     "A sphere with a bump map; the light is even along the true surface, so the picture should be "
+     "smooth. The density "
+     "counts crossings of the true surface: given shading normals, probes along the tangents seem "
+     "likely where there "
      "are none. Pass the geometric normal, and keep the shading normal for shading.",
      "", ""},
     {"floats", "Single precision where two waves cancel",
-     "The better dipole subtracts two waves that are nearly equal far from the entry. As the formula is written, "
+     "The better dipole subtracts two waves that are nearly equal far from the entry. As the "
+     "formula is written, "
      "32-bit floats lose one digit after the other and then all of them; the header rearranges it.",
      "", ""},
 };
 
-// What stands above the halves: a format each for a figure and its standard error, which it may leave out.
+// What stands above the halves: a format each for a figure and its standard error, which it may
+// leave out.
 #define PLUS_MINUS " \302\261 "
-static void name_halves(int which, const char *left, double a, double a_error, const char *right, double b,
-                        double b_error) {
+static void name_halves(int which, const char *left, double a, double a_error, const char *right,
+                        double b, double b_error) {
     snprintf(panels[which].left, sizeof panels[which].left, left, a, a_error);
     snprintf(panels[which].right, sizeof panels[which].right, right, b, b_error);
 }
 
-// One line of the table. kind is "mean" or "noise", which are compared with `truth` by their errors, or "exact".
-static void claim(int which, const char *side, const char *kind, double value, double error, double truth,
-                  double truth_error) {
+// One line of the table. kind is "mean" or "noise", which are compared with `truth` by their
+// errors, or "exact".
+static void claim(int which, const char *side, const char *kind, double value, double error,
+                  double truth, double truth_error) {
     double spread = hypot(error, truth_error);
-    printf("%s,%s,%s,%.6g,%.2g,%.6g,%.2g,%.2f\n", panels[which].name, side, kind, value, error, truth, truth_error,
-           (value - truth) / fmax(spread, 1e-6 * fabs(truth))); // float sums are no nearer than that
+    printf("%s,%s,%s,%.6g,%.2g,%.6g,%.2g,%.2f\n", panels[which].name, side, kind, value, error,
+           truth, truth_error,
+           (value - truth) /
+               fmax(spread, 1e-6 * fabs(truth))); // float sums are no nearer than that
 }
 
 static FILE *open_file(const char *name) {
@@ -119,15 +144,18 @@ static const method ours = {0u, SOUND, 8, 0.0f}, one_probe = {0u, SOUND, 1, 0.0f
 // Even light of 1, or with `lit` light from one side, by the true normal.
 static double light_at(const scene *s, sss_vec3 x, int lit) {
     sss_vec3 n = scene_normal(&s->shape[scene_shape_at(s, x)], x);
-    return lit ? 0.35 + 0.65 * (double)scene_max(scene_dot(n, scene_vec(-0.48f, 0.8f, 0.36f)), 0.0f) : 1.0;
+    return lit ? 0.35 + 0.65 * (double)scene_max(scene_dot(n, scene_vec(-0.48f, 0.8f, 0.36f)), 0.0f)
+               : 1.0;
 }
 static sss_vec3 normal_at(const scene *s, const method *k, int shape, sss_vec3 x) {
     sss_vec3 n = scene_normal(&s->shape[shape], x);
     if (k->flaw != BUMPED) return n;
-    return scene_normalize(scene_along(n, scene_vec(sinf(13.0f * x.x), sinf(13.0f * x.y), sinf(13.0f * x.z)), 0.15f));
+    return scene_normalize(
+        scene_along(n, scene_vec(sinf(13.0f * x.x), sinf(13.0f * x.y), sinf(13.0f * x.z)), 0.15f));
 }
 // One lookup: the estimate of the integral of Rd E for each channel.
-static void look_up(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed, double value[3]) {
+static void look_up(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed,
+                    double value[3]) {
     sss_plan plan = {k->candidates, 1, k->techniques, 0, 0, 0};
     sss_medium medium = s->medium;
     sss_resampler r;
@@ -137,8 +165,10 @@ static void look_up(const scene *s, const method *k, tracer_point at, int lit, u
     int found = 0, exits = 0;
     if (k->flaw == SHORT_REACH) medium.r_max = k->reach;
     value[0] = value[1] = value[2] = 0.0;
-    for (uint32_t attempt = 0; attempt == 0u || (k->flaw == RETRIES && exits == 0 && attempt < 100000u); attempt++) {
-        sss_begin(&r, &medium, &plan, at.position, at.normal, attempt ? sss_hash(seed, attempt) : seed);
+    for (uint32_t attempt = 0;
+         attempt == 0u || (k->flaw == RETRIES && exits == 0 && attempt < 100000u); attempt++) {
+        sss_begin(&r, &medium, &plan, at.position, at.normal,
+                  attempt ? sss_hash(seed, attempt) : seed);
         while (sss_next_probe(&r, &probe)) {
             scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
             found += hits.count;
@@ -150,11 +180,14 @@ static void look_up(const scene *s, const method *k, tracer_point at, int lit, u
         exits = sss_finish(&r, &exit);
     }
     if (exits == 0) return;
-    double light = light_at(s, exit.position, lit) * (k->flaw == BY_HITS ? (double)k->candidates / found : 1.0);
+    double light = light_at(s, exit.position, lit) *
+                   (k->flaw == BY_HITS ? (double)k->candidates / found : 1.0);
     for (int c = 0; c < 3; c++) value[c] = (double)exit.weight[c] * light;
 }
-// The same with the memo's resampling, of candidates whose radii are all drawn for the last channel.
-static void look_up_by_blue(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed, double value[3]) {
+// The same with the memo's resampling, of candidates whose radii are all drawn for the last
+// channel.
+static void look_up_by_blue(const scene *s, const method *k, tracer_point at, int lit,
+                            uint32_t seed, double value[3]) {
     sss_plan plan = {k->candidates, 1, k->techniques, 0, 0, 0};
     sss_medium medium = s->medium;
     sss_resampler r;
@@ -166,9 +199,12 @@ static void look_up_by_blue(const scene *s, const method *k, tracer_point at, in
     for (uint32_t number = 1; sss_next_probe(&r, &probe);) {
         scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
         for (int i = 0; i < hits.count; i++, number++) {
-            sss_vec3 x = scene_along(probe.origin, probe.direction, hits.hit[i].t), way = scene_sub(x, at.position);
-            double mu = (double)sss_intensity(&r, x, normal_at(s, k, hits.hit[i].shape, x)) * k->candidates;
-            for (int c = 0; c < 3; c++) rd[c] = (double)sss_profile(&s->medium, c, sqrtf(scene_dot(way, way)));
+            sss_vec3 x = scene_along(probe.origin, probe.direction, hits.hit[i].t),
+                     way = scene_sub(x, at.position);
+            double mu =
+                (double)sss_intensity(&r, x, normal_at(s, k, hits.hit[i].shape, x)) * k->candidates;
+            for (int c = 0; c < 3; c++)
+                rd[c] = (double)sss_profile(&s->medium, c, sqrtf(scene_dot(way, way)));
             double g = rd[0] + rd[1] + rd[2]; // the albedos are alike
             if (!(mu > 0.0)) continue;
             sum += g / mu;
@@ -178,7 +214,8 @@ static void look_up_by_blue(const scene *s, const method *k, tracer_point at, in
     }
     for (int c = 0; c < 3; c++) value[c] = held[c] * sum;
 }
-static void estimate(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed, double value[3]) {
+static void estimate(const scene *s, const method *k, tracer_point at, int lit, uint32_t seed,
+                     double value[3]) {
     (k->flaw == BY_BLUE ? look_up_by_blue : look_up)(s, k, at, lit, seed, value);
 }
 
@@ -210,7 +247,8 @@ static tally tally_values(const double *values, int lookups) {
     return t;
 }
 // The values themselves; the caller frees them.
-static double *draw_values(const scene *s, const method *k, tracer_point at, int channel, uint32_t key, int lookups) {
+static double *draw_values(const scene *s, const method *k, tracer_point at, int channel,
+                           uint32_t key, int lookups) {
     double *values = (double *)malloc((size_t)lookups * sizeof *values);
     if (!values) fail(1, "out of memory");
 #pragma omp parallel for schedule(dynamic, 256)
@@ -221,7 +259,8 @@ static double *draw_values(const scene *s, const method *k, tracer_point at, int
     }
     return values;
 }
-static tally measure(const scene *s, const method *k, tracer_point at, int channel, uint32_t key, int lookups) {
+static tally measure(const scene *s, const method *k, tracer_point at, int channel, uint32_t key,
+                     int lookups) {
     double *values = draw_values(s, k, at, channel, key, lookups);
     tally t = tally_values(values, lookups);
     free(values);
@@ -251,7 +290,8 @@ static tracer_point entry_on(const scene *s, float aside) {
 }
 static tracer_point make_round(scene *s, float x, float y, float z) {
     memset(s, 0, sizeof *s);
-    scenes_ellipsoid(s, scene_vec(0.0f, 0.0f, 0.0f), scene_vec(x, y, z), scene_vec(0.0f, 0.0f, 0.0f));
+    scenes_ellipsoid(s, scene_vec(0.0f, 0.0f, 0.0f), scene_vec(x, y, z),
+                     scene_vec(0.0f, 0.0f, 0.0f));
     set_medium(s, 1.0f, 1.0f, 1.0f);
     return entry_on(s, 0.0f);
 }
@@ -260,16 +300,19 @@ static tracer_point make_round(scene *s, float x, float y, float z) {
 static tracer_point make_plates(scene *s, int plates, float t) {
     memset(s, 0, sizeof *s);
     for (int i = 0; i < plates; i++)
-        scenes_shape(s, scene_vec(0.0f, -(2.0f * (float)i + 0.5f) * t, 0.0f), scene_vec(WIDE, 0.5f * t, WIDE),
-                     1e-3f * t, scene_vec(0.0f, 0.0f, 0.0f));
+        scenes_shape(s, scene_vec(0.0f, -(2.0f * (float)i + 0.5f) * t, 0.0f),
+                     scene_vec(WIDE, 0.5f * t, WIDE), 1e-3f * t, scene_vec(0.0f, 0.0f, 0.0f));
     set_medium(s, 1.0f, 1.0f, 1.0f);
     return entry_on(s, 0.0f);
 }
 
 // ---- The truth for an even light, from closed forms in at most two dimensions
 
-static double beyond(const scene *s, double r) { // the integral of Rd over a whole plane at distance r
-    return (double)s->medium.albedo[0] - (double)sss_within(&s->medium, 0, (float)r);
+static double albedo_of(const scene *s) { return (double)sss_within(&s->medium, 0, FLT_MAX); }
+
+static double beyond(const scene *s,
+                     double r) { // the integral of Rd over a whole plane at distance r
+    return albedo_of(s) - (double)sss_within(&s->medium, 0, (float)r);
 }
 static double truth_plates(const scene *s, int plates, double t) {
     double sum = 0.0;
@@ -279,16 +322,19 @@ static double truth_plates(const scene *s, int plates, double t) {
 static double truth_sphere(const scene *s, double radius) {
     return (double)sss_within(&s->medium, 0, (float)(2.0 * radius));
 }
-// A right-angled edge at distance a: the plane but for what lies beyond the edge, and half of the plane at distance a.
+// A right-angled edge at distance a: the plane but for what lies beyond the edge, and half of the
+// plane at distance a.
 static double truth_edge(const scene *s, double a) {
     double lost = 0.0, step = 1e-3;
     for (double x = 0.5 * step; x < 6.5; x += step) { // r = a + x^2
         double r = a + x * x;
-        lost += step * 2.0 * x * 2.0 * r * (double)sss_profile(&s->medium, 0, (float)r) * acos(a / r);
+        lost +=
+            step * 2.0 * x * 2.0 * r * (double)sss_profile(&s->medium, 0, (float)r) * acos(a / r);
     }
-    return (double)s->medium.albedo[0] - lost + 0.5 * beyond(s, a);
+    return albedo_of(s) - lost + 0.5 * beyond(s, a);
 }
-// A cylinder: around it by theta = x^2, along it by y = c sinh u, c the chord across; Rd has a pole of 1 / r.
+// A cylinder: around it by theta = x^2, along it by y = c sinh u, c the chord across; Rd has a pole
+// of 1 / r.
 static double truth_hair(const scene *s, double radius) {
     double sum = 0.0, step = 1.0 / 256, end = sqrt((double)SCENE_PI);
     for (int i = 0; i < 256; i++) {
@@ -315,7 +361,8 @@ static void write_picture(const image *in, int which, const char *side, float ex
     free(bytes.rgb);
 }
 // The light of one point of the picture: one lookup where the camera ray meets the body.
-static void shoot(const scene *s, const method *k, int size, int x, int y, uint32_t seed, float *rgb) {
+static void shoot(const scene *s, const method *k, int size, int x, int y, uint32_t seed,
+                  float *rgb) {
     float u = tracer_unit(sss_hash(seed, 1u)), v = tracer_unit(sss_hash(seed, 2u));
     sss_vec3 d = tracer_camera(s, size, size, (float)x + u, (float)y + v);
     scene_hit hit = scene_nearest(s, s->eye, d, SCENE_FLOOR);
@@ -337,7 +384,8 @@ static void take_picture(const scene *s, const method *k, int which, const char 
 #pragma omp parallel for schedule(dynamic)
     for (int y = 0; y < size; y++)
         for (int i = 0; i < spp * size; i++)
-            shoot(s, k, size, i / spp, y, sss_hash(sss_hash(77u, (uint32_t)(y * size + i / spp)), (uint32_t)(i % spp)),
+            shoot(s, k, size, i / spp, y,
+                  sss_hash(sss_hash(77u, (uint32_t)(y * size + i / spp)), (uint32_t)(i % spp)),
                   picture.rgb + image_count(size, y) + 3 * (i / spp));
     write_picture(&picture, which, side, 1.0f / (float)spp);
     free(picture.rgb);
@@ -353,7 +401,8 @@ static void show_edge(void) {
     static scene s;
     const method disk = {SSS_DISK, SOUND, 8, 0.0f};
     memset(&s, 0, sizeof s);
-    scenes_shape(&s, scene_vec(0.0f, 0.0f, 0.0f), scene_vec(WIDE, WIDE, WIDE), 5e-4f, scene_vec(0.0f, 0.0f, 0.0f));
+    scenes_shape(&s, scene_vec(0.0f, 0.0f, 0.0f), scene_vec(WIDE, WIDE, WIDE), 5e-4f,
+                 scene_vec(0.0f, 0.0f, 0.0f));
     set_medium(&s, 1.0f, 1.0f, 1.0f);
     double truth = truth_edge(&s, 0.2);
     tally a = measure(&s, &disk, entry_on(&s, WIDE - 0.2f), 0, 11u, lookups_of(800000));
@@ -363,7 +412,8 @@ static void show_edge(void) {
     name_halves(EDGE, "disk: %.4f" PLUS_MINUS "%.4f of the light", a.mean / truth, a.error / truth,
                 "ours: %.4f" PLUS_MINUS "%.4f", b.mean / truth, b.error / truth);
     memset(&s, 0, sizeof s);
-    scenes_shape(&s, scene_vec(0.0f, 2.0f, 0.0f), scene_vec(1.0f, 0.8f, 0.8f), 2e-3f, scene_vec(0.0f, 35.0f, 0.0f));
+    scenes_shape(&s, scene_vec(0.0f, 2.0f, 0.0f), scene_vec(1.0f, 0.8f, 0.8f), 2e-3f,
+                 scene_vec(0.0f, 35.0f, 0.0f));
     scenes_camera(&s, scene_vec(0.0f, 5.2f, 6.0f), scene_vec(0.0f, 1.95f, 0.0f), 24.0f);
     set_medium(&s, 0.1f, 0.1f, 0.1f);
     take_both(&s, &disk, EDGE, quick ? 4 : 64);
@@ -384,20 +434,24 @@ static void show_hits(void) {
                                        : truth_plates(&s, 4, (double)0.3f);
             fprintf(f, "\"%s\"\n", names[body]);
             for (int m = 1; m <= 64; m *= 2) {
-                method k = {side ? 0u : SSS_DISK | SSS_DISK_TANGENTS, side ? SOUND : BY_HITS, m, 0.0f};
-                tally t = measure(&s, &k, at, 0, 20u + (uint32_t)(10 * body + m), lookups_of(1600000) / (m + 4));
+                method k = {side ? 0u : SSS_DISK | SSS_DISK_TANGENTS, side ? SOUND : BY_HITS, m,
+                            0.0f};
+                tally t = measure(&s, &k, at, 0, 20u + (uint32_t)(10 * body + m),
+                                  lookups_of(1600000) / (m + 4));
                 fprintf(f, "%d %g %g\n", m, t.mean / truth, t.error / truth);
-                if (m == 8) claim(HITS, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
+                if (m == 8)
+                    claim(HITS, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
                 if (m == 8) last[side][body] = t.mean / truth - 1.0;
                 if (m == 8 && side) error = fmax(error, t.error / truth);
             }
             fprintf(f, "\n\n");
         }
     close_file(f, "-hits.dat");
-    snprintf(panels[HITS].left, sizeof panels[HITS].left, "by hits: %+.0f, %+.0f, %+.0f %%", 100.0 * last[0][0],
-             100.0 * last[0][1], 100.0 * last[0][2]);
-    snprintf(panels[HITS].right, sizeof panels[HITS].right, "ours: %+.2f, %+.2f, %+.2f" PLUS_MINUS "%.2f %%",
-             100.0 * last[1][0], 100.0 * last[1][1], 100.0 * last[1][2], 100.0 * error);
+    snprintf(panels[HITS].left, sizeof panels[HITS].left, "by hits: %+.0f, %+.0f, %+.0f %%",
+             100.0 * last[0][0], 100.0 * last[0][1], 100.0 * last[0][2]);
+    snprintf(panels[HITS].right, sizeof panels[HITS].right,
+             "ours: %+.2f, %+.2f, %+.2f" PLUS_MINUS "%.2f %%", 100.0 * last[1][0],
+             100.0 * last[1][1], 100.0 * last[1][2], 100.0 * error);
 }
 
 static void show_retry(void) {
@@ -409,17 +463,19 @@ static void show_retry(void) {
         for (int i = 0; i <= 10; i++) {
             float radius = 0.1f * powf(100.0f, 0.1f * (float)i);
             tracer_point at = make_round(&s, radius, radius, radius);
-            tally t = measure(&s, side ? &one_probe : &king, at, 0, 100u + (uint32_t)i, lookups_of(800000));
+            tally t = measure(&s, side ? &one_probe : &king, at, 0, 100u + (uint32_t)i,
+                              lookups_of(800000));
             double truth = truth_sphere(&s, (double)radius);
             fprintf(f, "%g %g %g\n", (double)radius, t.mean / truth, t.error / truth);
             if (i == 0) small[side] = t.mean / truth, small_error[side] = t.error / truth;
-            if (i % 5 == 0) claim(RETRY, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
+            if (i % 5 == 0)
+                claim(RETRY, side ? "ours" : "classical", "mean", t.mean, t.error, truth, 0.0);
         }
         fprintf(f, "\n\n");
     }
     close_file(f, "-retry.dat");
-    name_halves(RETRY, "until one hits: up to %.2f" PLUS_MINUS "%.2f times", small[0], small_error[0],
-                "ours: %.3f" PLUS_MINUS "%.3f", small[1], small_error[1]);
+    name_halves(RETRY, "until one hits: up to %.2f" PLUS_MINUS "%.2f times", small[0],
+                small_error[0], "ours: %.3f" PLUS_MINUS "%.3f", small[1], small_error[1]);
 }
 
 // White wax: red light goes ten times as far as green, and 25 times as far as blue.
@@ -437,11 +493,13 @@ static void show_reach(void) {
     method cut = {SSS_DISK | SSS_DISK_TANGENTS, SHORT_REACH, 8, 0.0f};
     cut.reach = 16.0f * s.medium.length[1];
     double truth = truth_sphere(&s, 1.0);
-    tally a = measure(&s, &cut, at, 0, 31u, lookups_of(800000)), b = measure(&s, &ours, at, 0, 32u, lookups_of(800000));
+    tally a = measure(&s, &cut, at, 0, 31u, lookups_of(800000)),
+          b = measure(&s, &ours, at, 0, 32u, lookups_of(800000));
     claim(REACH, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(REACH, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(REACH, "16 d of green: red %+.1f" PLUS_MINUS "%.1f %%", 100.0 * a.mean / truth - 100.0,
-                100.0 * a.error / truth, "ours: red %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
+    name_halves(REACH, "16 d of green: red %+.1f" PLUS_MINUS "%.1f %%",
+                100.0 * a.mean / truth - 100.0, 100.0 * a.error / truth,
+                "ours: red %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
                 100.0 * b.error / truth);
     take_both(&s, &cut, REACH, quick ? 4 : 64);
 }
@@ -452,12 +510,13 @@ static void show_colours(void) {
     double truth = truth_sphere(&s, 1.0);
     tally a = measure(&s, &blue, at, 0, 41u, lookups_of(800000)),
           b = measure(&s, &ours, at, 0, 42u, lookups_of(800000));
-    double bound = 2.0 * 3.0 * 2.0 / 0.25, albedo = (double)s.medium.albedo[0]; // over A: two hits, three channels
+    double bound = 2.0 * 3.0 * 2.0 / 0.25,
+           albedo = albedo_of(&s); // over A: two hits, three channels
     claim(COLOURS, "classical", "exact", a.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "exact", b.greatest / albedo, 0.0, bound, 0.0);
     claim(COLOURS, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(COLOURS, "radii of blue: red weights up to %.0f", a.greatest / albedo, 0.0, "ours: up to %.1f",
-                b.greatest / albedo, 0.0);
+    name_halves(COLOURS, "radii of blue: red weights up to %.0f", a.greatest / albedo, 0.0,
+                "ours: up to %.1f", b.greatest / albedo, 0.0);
     take_both(&s, &blue, COLOURS, quick ? 2 : 32);
 }
 
@@ -475,7 +534,8 @@ static tally measure_wall(const scene *s, tracer_settings t, int samples) {
     if (!values) fail(1, "out of memory");
 #pragma omp parallel for schedule(dynamic, 256)
     for (int i = 0; i < samples; i++)
-        values[i] = (double)scene_mean(tracer_sample(s, t, t.width / 2, t.height / 2, (uint32_t)i).radiance);
+        values[i] = (double)scene_mean(
+            tracer_sample(s, t, t.width / 2, t.height / 2, (uint32_t)i).radiance);
     tally got = tally_values(values, samples);
     free(values);
     return got;
@@ -511,12 +571,14 @@ static void show_hair(void) {
     static scene s;
     const method disk = {SSS_DISK, SOUND, 8, 0.0f};
     int lookups = lookups_of(1 << 21);
-    double bound = 2.0 * 2.0 / 0.25, greatest[2] = {0.0, 0.0}; // over A: two hits of each probe, 2 A / (chord's share)
+    double bound = 2.0 * 2.0 / 0.25,
+           greatest[2] = {0.0, 0.0}; // over A: two hits of each probe, 2 A / (chord's share)
     tracer_point at = make_round(&s, 0.1f, 0.1f, 1000.0f);
-    double albedo = (double)s.medium.albedo[0];
+    double albedo = albedo_of(&s);
     FILE *f = open_file("-hair.dat");
     for (int side = 0; side < 2; side++) {
-        double *values = draw_values(&s, side ? &ours : &disk, at, 0, 50u + (uint32_t)side, lookups);
+        double *values =
+            draw_values(&s, side ? &ours : &disk, at, 0, 50u + (uint32_t)side, lookups);
         tally t = tally_values(values, lookups);
         for (int i = 0; i < lookups; i++) {
             greatest[side] = fmax(greatest[side], values[i] / albedo);
@@ -528,7 +590,8 @@ static void show_hair(void) {
         free(values);
     }
     close_file(f, "-hair.dat");
-    name_halves(HAIR, "disk about the normal: up to %.0f", greatest[0], 0.0, "ours: up to %.1f", greatest[1], 0.0);
+    name_halves(HAIR, "disk about the normal: up to %.0f", greatest[0], 0.0, "ours: up to %.1f",
+                greatest[1], 0.0);
 }
 
 static void show_slab(void) {
@@ -540,11 +603,13 @@ static void show_slab(void) {
         for (int i = -10; i <= 10; i++) {
             float t = expf(0.12f * (float)i * (1.0f + 0.1f * (float)abs(i)));
             tracer_point at = make_plates(&s, 1, t);
-            tally got = measure(&s, side ? &ours : &sphere, at, 0, 60u + (uint32_t)(i + 10), lookups_of(200000));
+            tally got = measure(&s, side ? &ours : &sphere, at, 0, 60u + (uint32_t)(i + 10),
+                                lookups_of(200000));
             double truth = truth_plates(&s, 1, (double)t);
             fprintf(f, "%g %g %g\n", (double)t, got.mean / truth, got.error / truth);
             if (i == 0) at_h[side] = got.mean / truth, at_h_error[side] = got.error / truth;
-            if (side || i == 0) claim(SLAB, side ? "ours" : "classical", "mean", got.mean, got.error, truth, 0.0);
+            if (side || i == 0)
+                claim(SLAB, side ? "ours" : "classical", "mean", got.mean, got.error, truth, 0.0);
         }
         fprintf(f, "\n\n");
     }
@@ -566,21 +631,24 @@ static void show_bumps(void) {
           b = measure(&s, &ours, at, 0, 72u, lookups_of(400000));
     claim(BUMPS, "classical", "mean", a.mean, a.error, truth, 0.0);
     claim(BUMPS, "ours", "mean", b.mean, b.error, truth, 0.0);
-    name_halves(BUMPS, "shading normals: %+.2f" PLUS_MINUS "%.2f %% on top", 100.0 * a.mean / truth - 100.0,
-                100.0 * a.error / truth, "ours, geometric: %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
+    name_halves(BUMPS, "shading normals: %+.2f" PLUS_MINUS "%.2f %% on top",
+                100.0 * a.mean / truth - 100.0, 100.0 * a.error / truth,
+                "ours, geometric: %+.2f" PLUS_MINUS "%.2f %%", 100.0 * b.mean / truth - 100.0,
                 100.0 * b.error / truth);
     take_both(&s, &bumped, BUMPS, quick ? 4 : 48);
 }
 
 // The better dipole's unit profile as the formula stands, in float, and rearranged in double.
 static float written_dipole(const sss_medium *m, float r) {
-    float zr = m->length[0], zv = m->zv[0], s = m->sigma[0], dr = sqrtf(r * r + zr * zr), dv = sqrtf(r * r + zv * zv);
+    float zr = m->length[0], zv = m->zv[0], s = m->sigma[0], dr = sqrtf(r * r + zr * zr),
+          dv = sqrtf(r * r + zv * zv);
     return m->flux[0] * (zr * (1.0f + s * dr) * expf(-s * dr) / (dr * dr * dr) +
                          zv * (1.0f + s * dv) * expf(-s * dv) / (dv * dv * dv)) +
            m->fluence[0] * (expf(-s * dr) / dr - expf(-s * dv) / dv);
 }
 static double exact_dipole(const sss_medium *m, double r) {
-    double zr = (double)m->length[0], zv = (double)m->zv[0], s = (double)m->sigma[0], dr = hypot(r, zr);
+    double zr = (double)m->length[0], zv = (double)m->zv[0], s = (double)m->sigma[0],
+           dr = hypot(r, zr);
     double dv = hypot(r, zv), gap = (zv - zr) * (zv + zr) / (dr + dv);
     return (double)m->flux[0] * (zr * (1.0 + s * dr) * exp(-s * dr) / (dr * dr * dr) +
                                  zv * (1.0 + s * dv) * exp(-s * dv) / (dv * dv * dv)) +
@@ -596,14 +664,16 @@ static void show_floats(void) {
         float r = powf(10.0f, -2.0f + (float)i * 0.01f);
         double exact = exact_dipole(&m, (double)r), error[2];
         error[0] = fabs((double)written_dipole(&m, r) / exact - 1.0);
-        error[1] = fabs((double)sss_profile(&m, 0, r) / ((double)m.albedo[0] * exact) - 1.0);
+        error[1] = fabs(
+            (double)sss_profile(&m, 0, r) / ((double)sss_within(&m, 0, FLT_MAX) * exact) - 1.0);
         fprintf(f, "%g %g %g\n", (double)r, fmax(error[0], 1e-9), fmax(error[1], 1e-9));
         for (int k = 0; k < 2; k++) worst[k] = fmax(worst[k], error[k]);
     }
     close_file(f, "-floats.dat");
     claim(FLOATS, "classical", "exact", worst[0], 0.0, 1e-5, 0.0);
     claim(FLOATS, "ours", "exact", worst[1], 0.0, 1e-5, 0.0);
-    name_halves(FLOATS, "as written: error up to %.2g", worst[0], 0.0, "ours: up to %.1e", worst[1], 0.0);
+    name_halves(FLOATS, "as written: error up to %.2g", worst[0], 0.0, "ours: up to %.1e", worst[1],
+                0.0);
 }
 
 // ---- The page
@@ -614,35 +684,43 @@ static void write_titles(void) {
     for (int i = 0; i < PANELS; i++) fprintf(f, "%s ", panels[i].name);
     fprintf(f, "\"\n");
     for (int i = 0; i < PANELS; i++)
-        fprintf(f, "title_%s = \"%s\"\nleft_%s = \"%s\"\nright_%s = \"%s\"\n", panels[i].name, panels[i].title,
-                panels[i].name, panels[i].left, panels[i].name, panels[i].right);
+        fprintf(f, "title_%s = \"%s\"\nleft_%s = \"%s\"\nright_%s = \"%s\"\n", panels[i].name,
+                panels[i].title, panels[i].name, panels[i].left, panels[i].name, panels[i].right);
     close_file(f, "-titles.gp");
 }
 static void write_page(void) {
     const char *base = strrchr(out, '/') ? strrchr(out, '/') + 1 : out;
     FILE *f = open_file(".html");
-    fprintf(f, "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Where methods fail</title>\n"
-               "<style>body{font:16px/1.5 sans-serif;max-width:900px;margin:2em auto;padding:0 1em;color:#202020}"
+    fprintf(f, "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Where "
+               "methods fail</title>\n"
+               "<style>body{font:16px/1.5 sans-serif;max-width:900px;margin:2em auto;padding:0 "
+               "1em;color:#202020}"
                "img{width:100%%}figure{margin:3em 0}</style>\n<h1>Where methods fail</h1>\n"
-               "<p>Left a classical way, right sss_resample.h, both measured in one run. Standard errors follow "
-               "the figures; variances are over the squared mean. Lengths are in units of d, the length of Burley's "
+               "<p>Left a classical way, right sss_resample.h, both measured in one run. Standard "
+               "errors follow "
+               "the figures; variances are over the squared mean. Lengths are in units of d, the "
+               "length of Burley's "
                "profile.</p>\n");
     for (int i = 0; i < PANELS; i++)
         fprintf(f,
-                "<figure><img src=\"%s-%s.png\" alt=\"%s\"><figcaption>%s <b>Left</b>, %s. <b>Right</b>, %s."
+                "<figure><img src=\"%s-%s.png\" alt=\"%s\"><figcaption>%s <b>Left</b>, %s. "
+                "<b>Right</b>, %s."
                 "</figcaption></figure>\n",
-                base, panels[i].name, panels[i].title, panels[i].how, panels[i].left, panels[i].right);
+                base, panels[i].name, panels[i].title, panels[i].how, panels[i].left,
+                panels[i].right);
     fprintf(f, "</html>\n");
     close_file(f, ".html");
 }
 
 int main(int argc, char **argv) {
-    static void (*const show[PANELS])(void) = {show_edge, show_hits, show_retry, show_reach, show_colours,
-                                               show_wall, show_hair, show_slab,  show_bumps, show_floats};
+    static void (*const show[PANELS])(void) = {show_edge,    show_hits,  show_retry, show_reach,
+                                               show_colours, show_wall,  show_hair,  show_slab,
+                                               show_bumps,   show_floats};
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) return fputs(usage, stdout) < 0;
         if (strcmp(argv[i], "--quick") == 0) quick = 1;
-        else if (argv[i][0] == '-' || out) fail(2, "does not know '%s'; --help tells more", argv[i]);
+        else if (argv[i][0] == '-' || out)
+            fail(2, "does not know '%s'; --help tells more", argv[i]);
         else out = argv[i];
     }
     if (!out) fail(2, "wants the name of what it writes; --help tells more");

@@ -10,7 +10,8 @@ enum { SIDE = 64, LEVELS = 5, METHODS = 12, MEDIA = 3, TRUTH = 1024, FLOATS = 3 
 
 static const char usage[] =
     "usage: mesh_race [--reduced]\n"
-    "A torus of 50,000 triangles, with Embree: the total error of a picture (noise and model) against\n"
+    "A torus of 50,000 triangles, with Embree: the total error of a picture (noise and model) "
+    "against\n"
     "a walk through the volume, after 1 to 256 samples a pixel, and the CPU time of one. Rows\n"
     "for demos/study/chart.py. The thickness is that of the tube.\n"
     "\n"
@@ -104,7 +105,8 @@ static void run_method(tracer_settings settings, const char *body, const race_me
         for (; samples < 1 << (2 * level); samples++)
             torus_add_sample(&world, settings, (uint32_t)samples, &hits, sum);
         clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
-        seconds += (double)(end.tv_sec - start.tv_sec) + 1e-9 * (double)(end.tv_nsec - start.tv_nsec);
+        seconds +=
+            (double)(end.tv_sec - start.tv_sec) + 1e-9 * (double)(end.tv_nsec - start.tv_nsec);
         error[level] = total_error(sum, samples);
     }
     free(hits.hit);
@@ -146,8 +148,7 @@ int main(int argc, char **argv) {
     for (int k = 0; k < MEDIA; k++) {
         float dmfp[3];
 
-        for (int c = 0; c < 3; c++)
-            dmfp[c] = part[c] * 0.8f * (float)world.m.unit / thickness[k];
+        for (int c = 0; c < 3; c++) dmfp[c] = part[c] * 0.8f * (float)world.m.unit / thickness[k];
         if (sss_burley(&world.s.medium, albedo, dmfp) != SSS_OK) fail(1, "bad medium");
         make_truth(settings, samples);
         for (int i = 0; i < METHODS; i++) {

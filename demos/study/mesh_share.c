@@ -1,5 +1,6 @@
-// mesh_share.c - what sharing exits brings on a mesh, where rays take nearly all of the time: noise and time of one
-// core against the default plan, over media from narrower than a pixel to much wider. SPDX-License-Identifier: MIT
+// mesh_share.c - what sharing exits brings on a mesh, where rays take nearly all of the time: noise
+// and time of one core against the default plan, over media from narrower than a pixel to much
+// wider. SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
 #define COMMAND "mesh_share"
@@ -13,8 +14,8 @@ static const char *const method_name[METHODS] = {"default", "hinted", "plan", "p
 static mesh_world world;
 static unsigned char mask[SIDE * SIDE]; // pixels that show nothing but the object
 
-// The squared error of 16 samples a pixel over the mean square, by the difference of two halves, and the seconds of the
-// processor that they take.
+// The squared error of 16 samples a pixel over the mean square, by the difference of two halves,
+// and the seconds of the processor that they take.
 static double measure(tracer_settings settings, double *seconds) {
     static float half[2][3 * SIDE * SIDE];
     mesh_hits hits = {0, 0, NULL};
@@ -38,7 +39,8 @@ static double measure(tracer_settings settings, double *seconds) {
     return squares / power / 4.0;
 }
 
-// The default, and what the plan says, both without and with a light hint; last half of the default's candidates.
+// The default, and what the plan says, both without and with a light hint; last half of the
+// default's candidates.
 static void set_method(tracer_settings *settings, int method, float footprint) {
     memset(&settings->plan, 0, sizeof settings->plan);
     settings->light_aware = method % 2;
@@ -52,7 +54,8 @@ static void set_method(tracer_settings *settings, int method, float footprint) {
 }
 
 int main(void) {
-    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 10.0f, 5.0f, 1.5f}, part[3] = {1.0f, 0.4f, 0.17f};
+    static const float pixels[MEDIA / 2] = {60.0f, 20.0f, 10.0f, 5.0f, 1.5f},
+                                      part[3] = {1.0f, 0.4f, 0.17f};
     static const float colours[3] = {0.93f, 0.42f, 0.14f}, grey[3] = {0.5f, 0.5f, 0.5f};
     tracer_settings settings;
     torus_make(&world);
@@ -64,16 +67,19 @@ int main(void) {
         mask[i] = (unsigned char)torus_fills(&world, SIDE, i % SIDE, i / SIDE);
     float pixel = tracer_footprint(&world.s, settings, scene_vec(0.0f, 0.0f, 0.0f));
 
-    printf("%u triangles, %d samples a pixel; error over the default's in equal time\n", world.m.triangles, 2 * SPP);
+    printf("%u triangles, %d samples a pixel; error over the default's in equal time\n",
+           world.m.triangles, 2 * SPP);
     for (int k = 0; k < MEDIA; k++) {
         int is_grey = k < MEDIA / 2;
         float dmfp[3];
         double error[METHODS], seconds[METHODS];
-        for (int c = 0; c < 3; c++) dmfp[c] = pixels[k % (MEDIA / 2)] * pixel * (is_grey ? 1.0f : part[c]);
+        for (int c = 0; c < 3; c++)
+            dmfp[c] = pixels[k % (MEDIA / 2)] * pixel * (is_grey ? 1.0f : part[c]);
         sss_burley(&world.s.medium, is_grey ? grey : colours, dmfp);
         const float *d = world.s.medium.length;
-        printf("%s, dmfp up to %4.1f pixels, length %5.2f %5.2f %5.2f:", is_grey ? "grey  " : "colour",
-               (double)pixels[k % (MEDIA / 2)], (double)(d[0] / pixel), (double)(d[1] / pixel), (double)(d[2] / pixel));
+        printf("%s, dmfp up to %4.1f pixels, length %5.2f %5.2f %5.2f:",
+               is_grey ? "grey  " : "colour", (double)pixels[k % (MEDIA / 2)],
+               (double)(d[0] / pixel), (double)(d[1] / pixel), (double)(d[2] / pixel));
         for (int i = 0; i < METHODS; i++) {
             set_method(&settings, i, pixel);
             error[i] = measure(settings, &seconds[i]);

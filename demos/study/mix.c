@@ -1,6 +1,6 @@
-// mix.c - the experiment that chose the default plan: the variance of one lookup for many mixes of techniques, over
-// scenes, sizes of dmfp, grey and saturated media, with and without a hint of the light.
-// SPDX-License-Identifier: MIT
+// mix.c - the experiment that chose the default plan: the variance of one lookup for many mixes of
+// techniques, over scenes, sizes of dmfp, grey and saturated media, with and without a hint of the
+// light. SPDX-License-Identifier: MIT
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -9,7 +9,7 @@
 #include "demos/common/tracer.h"
 
 #define MIX_SCENES SCENES_RABBIT // those before it: it is for the picture of the README
-#define MIX_MEDIA  6 // three sizes of dmfp, grey and saturated
+#define MIX_MEDIA  6             // three sizes of dmfp, grey and saturated
 
 typedef struct mix_plan {
     const char *name;
@@ -37,7 +37,8 @@ static const mix_plan mix_plans[] = {
 };
 #define MIX_PLANS ((int)(sizeof mix_plans / sizeof mix_plans[0]))
 
-// Relative variances summed over the entries of a scene, and their logarithms over the floor and King.
+// Relative variances summed over the entries of a scene, and their logarithms over the floor and
+// King.
 typedef struct mix_sums {
     double variance[MIX_SCENES][MIX_PLANS], log_floor[MIX_PLANS], log_king[MIX_PLANS];
     int entries;
@@ -49,12 +50,14 @@ static float mix_light(const scene *s, sss_vec3 position, sss_vec3 normal, int s
     float cosine = scene_dot(l, normal), little = 0.05f;
     if (cosine <= 0.0f) return little;
     if (!hint && position.y < 0.0f) return little;
-    if (!hint && scene_occluded(s, position, l, scene_sqrt(scene_dot(path, path)), shape)) return little;
+    if (!hint && scene_occluded(s, position, l, scene_sqrt(scene_dot(path, path)), shape))
+        return little;
     return cosine + little;
 }
 
 // One lookup: the estimate of the integral of Rd E over the surface, by channel.
-static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, uint32_t seed, double value[3]) {
+static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, uint32_t seed,
+                       double value[3]) {
     sss_resampler r;
     sss_probe probe;
     sss_exit exit;
@@ -83,7 +86,8 @@ static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, ui
 }
 
 // Variance over squared mean, the channels summed.
-static double mix_variance(const scene *s, const mix_plan *plan, camera_entry at, uint32_t key, int lookups) {
+static double mix_variance(const scene *s, const mix_plan *plan, camera_entry at, uint32_t key,
+                           int lookups) {
     double sum[3] = {0.0, 0.0, 0.0}, squares[3] = {0.0, 0.0, 0.0}, variance = 0.0, square = 0.0;
     for (int i = 0; i < lookups; i++) {
         double value[3];
@@ -101,19 +105,23 @@ static double mix_variance(const scene *s, const mix_plan *plan, camera_entry at
     return variance / square;
 }
 
-// Medium k of a scene: its green dmfp times 1/4, 1 or 4, the same in all channels or spread over a factor of 20.
+// Medium k of a scene: its green dmfp times 1/4, 1 or 4, the same in all channels or spread over a
+// factor of 20.
 static void mix_medium(scene *s, const scenes_optics *optics, int k, const char *profile) {
-    static const float size[3] = {0.25f, 1.0f, 4.0f}, spread[2][3] = {{1.0f, 1.0f, 1.0f}, {2.0f, 0.4f, 0.1f}};
+    static const float size[3] = {0.25f, 1.0f, 4.0f},
+                       spread[2][3] = {{1.0f, 1.0f, 1.0f}, {2.0f, 0.4f, 0.1f}};
     static const float albedo[2][3] = {{0.8f, 0.8f, 0.8f}, {0.9f, 0.5f, 0.3f}};
     float dmfp[3];
     for (int c = 0; c < 3; c++) dmfp[c] = size[k % 3] * spread[k / 3][c] * optics->dmfp[1];
-    if (strcmp(profile, "dipole") == 0) sss_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
+    if (strcmp(profile, "dipole") == 0)
+        sss_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
     else if (strcmp(profile, "better-dipole") == 0)
         sss_better_dipole_from_albedo(&s->medium, albedo[k / 3], dmfp, 1.4f);
     else sss_burley(&s->medium, albedo[k / 3], dmfp);
 }
 
-static void mix_measure(mix_sums *sums, const scene *s, int scene_index, camera_entry at, uint32_t key, int lookups) {
+static void mix_measure(mix_sums *sums, const scene *s, int scene_index, camera_entry at,
+                        uint32_t key, int lookups) {
     double v[MIX_PLANS];
     for (int p = 0; p < MIX_PLANS; p++) {
         int n = mix_plans[p].candidates > 100 ? lookups / 4 : lookups;
@@ -131,7 +139,8 @@ static void mix_measure(mix_sums *sums, const scene *s, int scene_index, camera_
 }
 
 static void mix_print(const mix_sums *sums) {
-    printf("\nrelative variance of one lookup, over that of the floor, scenes by their sums; then over King's\n%-34s",
+    printf("\nrelative variance of one lookup, over that of the floor, scenes by their sums; then "
+           "over King's\n%-34s",
            "");
     for (int k = 0; k < MIX_SCENES; k++) printf("%9s", scenes_known[k].name);
     printf("%9s%9s%9s\n", "mean", "typical", "/ King");
@@ -156,7 +165,8 @@ int main(int argc, char **argv) {
     int entries = 12, lookups = 1600;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--quick") == 0) entries = 2, lookups = 400;
-        else if (strcmp(argv[i], "dipole") == 0 || strcmp(argv[i], "better-dipole") == 0) profile = argv[i];
+        else if (strcmp(argv[i], "dipole") == 0 || strcmp(argv[i], "better-dipole") == 0)
+            profile = argv[i];
         else return fprintf(stderr, "usage: mix [--quick] [dipole|better-dipole]\n"), 2;
     }
     for (int k = 0; k < MIX_SCENES * MIX_MEDIA; k++) {
@@ -166,7 +176,8 @@ int main(int argc, char **argv) {
         camera_entries(&s, 11u, entry, entries);
 #pragma omp parallel for schedule(dynamic)
         for (int i = 0; i < entries; i++) {
-            mix_measure(&sums, &s, k / MIX_MEDIA, entry[i], sss_hash((uint32_t)k, (uint32_t)i), lookups);
+            mix_measure(&sums, &s, k / MIX_MEDIA, entry[i], sss_hash((uint32_t)k, (uint32_t)i),
+                        lookups);
         }
         fprintf(stderr, "\rmix: %d of %d media", k + 1, MIX_SCENES * MIX_MEDIA);
     }

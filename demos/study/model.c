@@ -1,6 +1,6 @@
-// model.c - what the model itself costs, apart from the sampling: the profiles against a searchlight
-// on a half space. Writes data for chart.py. See --help. What profiles cost on curved and thin bodies
-// is in model_error.c. SPDX-License-Identifier: MIT
+// model.c - what the model itself costs, apart from the sampling: the profiles against a
+// searchlight on a half space. Writes data for chart.py. See --help. What profiles cost on curved
+// and thin bodies is in model_error.c. SPDX-License-Identifier: MIT
 #define _POSIX_C_SOURCE 200809L
 
 #define COMMAND "model"
@@ -35,7 +35,8 @@ enum { BURLEY_DMFP, BURLEY_MFP, DIPOLE, BETTER_DIPOLE, PROFILES };
 // The sum over the rings of |profile - searchlight|, over the light that leaves.
 static double ring_error(const light_rings *l, int profile) {
     double total = 0.0, error = 0.0, p = 1.0 - l->albedo;
-    float sigma_a[3], sigma_s[3], one[3] = {1.0f, 1.0f, 1.0f}, eta = (float)l->eta, albedo[3], dmfp[3];
+    float sigma_a[3], sigma_s[3], one[3] = {1.0f, 1.0f, 1.0f}, eta = (float)l->eta, albedo[3],
+                                  dmfp[3];
     sss_medium m;
     for (int i = 0; i < l->count; i++) total += l->energy[i];
     for (int c = 0; c < 3; c++) {
@@ -49,7 +50,8 @@ static double ring_error(const light_rings *l, int profile) {
     else if (profile == DIPOLE) sss_dipole(&m, sigma_a, sigma_s, eta);
     else sss_better_dipole(&m, sigma_a, sigma_s, eta);
     for (int i = 0; i < l->count; i++) {
-        double far = i + 1 == l->count ? (double)m.albedo[0] : (double)sss_within(&m, 0, (float)l->high[i]);
+        double far = i + 1 == l->count ? (double)sss_within(&m, 0, FLT_MAX)
+                                       : (double)sss_within(&m, 0, (float)l->high[i]);
         error += fabs(far - (double)sss_within(&m, 0, (float)l->low[i]) - l->energy[i]);
     }
     return error / total;
@@ -57,7 +59,8 @@ static double ring_error(const light_rings *l, int profile) {
 
 static void write_rings(FILE *f, const light_rings *l) {
     double total = 0.0;
-    // Matched indices with the light inside, and light from outside refracted where there is a boundary.
+    // Matched indices with the light inside, and light from outside refracted where there is a
+    // boundary.
     if (l->count == 0 || l->source != (l->eta > 1.0 ? 'X' : 'D')) return;
     for (int i = 0; i < l->count; i++) total += l->energy[i];
     fprintf(f, "%g %g %.5f", l->eta, l->albedo, total);
@@ -72,12 +75,13 @@ static void measure_profiles(const char *path, const char *out) {
     int known = 0;
     if (!in) fail(2, "cannot read %s: %s", path, strerror(errno));
     f = open_data(out, "model");
-    fprintf(
-        f, "# eta, albedo of a scattering, of the half space; errors: Burley by dmfp, by mfp, dipole, better dipole\n");
+    fprintf(f, "# eta, albedo of a scattering, of the half space; errors: Burley by dmfp, by mfp, "
+               "dipole, better dipole\n");
     while (fgets(line, sizeof line, in)) {
         double a, eta, low, high, energy;
         char source;
-        if (sscanf(line, "%lf,%lf,%c,%lf,%lf,%lf", &a, &eta, &source, &low, &high, &energy) != 6) continue;
+        if (sscanf(line, "%lf,%lf,%c,%lf,%lf,%lf", &a, &eta, &source, &low, &high, &energy) != 6)
+            continue;
         if (a != l.albedo || eta != l.eta || source != l.source) {
             write_rings(f, &l);
             memset(&l, 0, sizeof l);

@@ -89,8 +89,8 @@ static case_row *measure_cases(uint64_t first, int count) {
     for (int i = 0; i < count; i++) {
         uint64_t seed = first + (uint64_t)i;
         row[i].c = body_random_case(seed);
-        row[i].measured = body_case_error(&row[i].c, seed, 0.002, tolerance, TOLERANCES,
-                                          &row[i].error);
+        row[i].measured =
+            body_case_error(&row[i].c, seed, 0.002, tolerance, TOLERANCES, &row[i].error);
 #pragma omp critical
         if (++done % 10 == 0)
             fprintf(stderr, "\r%d of %d cases, %.0f s left ", done, count,
@@ -260,8 +260,8 @@ static void report_lambert(int count) {
     for (int i = 0; i < count; i++) {
         double footprint, radius;
         case_row row;
-        row.measured = lambert_error((uint64_t)(3000000 + i), &footprint, &radius, &row.c,
-                                     &row.error);
+        row.measured =
+            lambert_error((uint64_t)(3000000 + i), &footprint, &radius, &row.c, &row.error);
         sss_medium m = medium_of(row.c.albedo, row.c.dmfp);
         sss_need need;
         memset(&need, 0, sizeof need);
@@ -324,8 +324,8 @@ static float radius_of_segment(const scene *s, const radius_entry *e, sss_vec3 o
 }
 
 enum { RADIUS_INWARD, RADIUS_FOUR, RADIUS_LOOKUP, RADIUS_LOOKUPS, RADIUS_WAYS };
-static const char *const radius_name[RADIUS_WAYS] = {
-    "one ray inwards", "four rays inwards", "hits of 1 lookup", "hits of 8 lookups"};
+static const char *const radius_name[RADIUS_WAYS] = {"one ray inwards", "four rays inwards",
+                                                     "hits of 1 lookup", "hits of 8 lookups"};
 
 // `rays` into the object: along the normal, and around it at 60 degrees.
 static float radius_by_rays(const scene *s, const radius_entry *e, int rays) {
@@ -402,8 +402,7 @@ static void report_radius(int which, int entries) {
     if (!ratio || !sorted || !entry) fail(1, "out of memory");
     sss_burley(&s.medium, optics.albedo, optics.dmfp);
     radius_entries(&s, entry, entries);
-    for (int i = 0; i < entries; i++)
-        radius_ratios(&s, &entry[i], (uint32_t)i, ratio[i], wrong);
+    for (int i = 0; i < entries; i++) radius_ratios(&s, &entry[i], (uint32_t)i, ratio[i], wrong);
 
     for (int w = 0; w < RADIUS_WAYS; w++) {
         for (int i = 0; i < entries; i++) sorted[i] = ratio[i][w];

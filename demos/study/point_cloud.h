@@ -1,10 +1,12 @@
-// point_cloud.h - the point cloud of Jensen and Buhler, "A rapid hierarchical rendering technique for translucent
-// materials", SIGGRAPH 2002, on the objects of scene.h. Host only. SPDX-License-Identifier: MIT
+// point_cloud.h - the point cloud of Jensen and Buhler, "A rapid hierarchical rendering technique
+// for translucent materials", SIGGRAPH 2002, on the objects of scene.h. Host only.
+// SPDX-License-Identifier: MIT
 //
-// Points are spread over the surface with a least distance between them, each stands for the same area and keeps its
-// irradiance; an octree joins far points into one where their area fills less than a given solid angle. One addition:
-// a point nearer than the radius of its own area counts with the mean of the profile over that disk, as Burley's
-// profile has a pole there and the dipoles of the paper have none.
+// Points are spread over the surface with a least distance between them, each stands for the same
+// area and keeps its irradiance; an octree joins far points into one where their area fills less
+// than a given solid angle. One addition: a point nearer than the radius of its own area counts
+// with the mean of the profile over that disk, as Burley's profile has a pole there and the dipoles
+// of the paper have none.
 #ifndef POINT_CLOUD_H
 #define POINT_CLOUD_H
 
@@ -48,25 +50,29 @@ static inline void cloud_free(point_cloud *c) {
 
 // ---- Points, evenly by area
 
-// A bound of dA/dw over the parameter sphere (tracer.h): det(S) tau^3 / (y . n), with tau = 1 for ellipsoids and up to
-// sqrt(3) for boxes, and y . n at least the smallest extent.
+// A bound of dA/dw over the parameter sphere (tracer.h): det(S) tau^3 / (y . n), with tau = 1 for
+// ellipsoids and up to sqrt(3) for boxes, and y . n at least the smallest extent.
 static inline float cloud_stretch(const scene_shape *s) {
     float least = scene_min(s->extent.x, scene_min(s->extent.y, s->extent.z));
     float bound = s->extent.x * s->extent.y * s->extent.z / least;
     return s->kind == SCENE_ROUNDED_BOX ? 5.1961524f * bound : bound;
 }
 
-// One dart: 1 and a point, or 0. `total` is the sum of all bounds; a dart hits each part of the surface with the same
-// density 1 / (4 pi total).
-static inline int cloud_dart(const scene *s, float total, tracer_random *random, cloud_point *point) {
+// One dart: 1 and a point, or 0. `total` is the sum of all bounds; a dart hits each part of the
+// surface with the same density 1 / (4 pi total).
+static inline int cloud_dart(const scene *s, float total, tracer_random *random,
+                             cloud_point *point) {
     float place = tracer_next(random) * total, z = 1.0f - 2.0f * tracer_next(random);
     float turn = tracer_next(random), chance = tracer_next(random), tau = 1.0f;
     int i = 0;
-    for (; i < s->shape_count - 1 && place >= cloud_stretch(&s->shape[i]); i++) place -= cloud_stretch(&s->shape[i]);
+    for (; i < s->shape_count - 1 && place >= cloud_stretch(&s->shape[i]); i++)
+        place -= cloud_stretch(&s->shape[i]);
     const scene_shape *body = &s->shape[i];
-    sss_vec3 w = tracer_about(scene_vec(0.0f, 0.0f, 1.0f), z, scene_sqrt(scene_max(1.0f - z * z, 0.0f)), turn);
+    sss_vec3 w = tracer_about(scene_vec(0.0f, 0.0f, 1.0f), z,
+                              scene_sqrt(scene_max(1.0f - z * z, 0.0f)), turn);
     sss_vec3 ray = scene_mul(w, body->extent);
-    if (body->kind == SCENE_ROUNDED_BOX) tau = scene_box_interval(body, scene_vec(0.0f, 0.0f, 0.0f), ray).t1;
+    if (body->kind == SCENE_ROUNDED_BOX)
+        tau = scene_box_interval(body, scene_vec(0.0f, 0.0f, 0.0f), ray).t1;
     sss_vec3 arm = scene_scale(scene_to_world(body, ray), tau);
     point->shape = i;
     point->position = scene_add(body->center, arm);
@@ -75,7 +81,8 @@ static inline int cloud_dart(const scene *s, float total, tracer_random *random,
     return chance * cloud_stretch(body) < stretch && !scene_inside_another(s, point->position, i);
 }
 
-// A hash table of cells as wide as the least distance: the first point of each chain and the next of each point.
+// A hash table of cells as wide as the least distance: the first point of each chain and the next
+// of each point.
 typedef struct cloud_grid {
     int *head, *next;
     uint32_t mask;
@@ -83,11 +90,13 @@ typedef struct cloud_grid {
 } cloud_grid;
 
 static inline uint32_t cloud_cell(const cloud_grid *g, sss_vec3 p, int dx, int dy, int dz) {
-    uint32_t x = (uint32_t)((int)floorf(p.x * g->inverse) + dx), y = (uint32_t)((int)floorf(p.y * g->inverse) + dy);
+    uint32_t x = (uint32_t)((int)floorf(p.x * g->inverse) + dx),
+             y = (uint32_t)((int)floorf(p.y * g->inverse) + dy);
     return sss_hash(sss_hash(x, y), (uint32_t)((int)floorf(p.z * g->inverse) + dz)) & g->mask;
 }
 // Is there a point too near? The other side of a thin body is not near.
-static inline int cloud_crowded(const scene *s, const point_cloud *c, const cloud_grid *g, const cloud_point *dart) {
+static inline int cloud_crowded(const scene *s, const point_cloud *c, const cloud_grid *g,
+                                const cloud_point *dart) {
     sss_vec3 normal = scene_normal(&s->shape[dart->shape], dart->position);
     for (int k = 0; k < 27; k++) {
         int i = g->head[cloud_cell(g, dart->position, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)];
@@ -100,8 +109,8 @@ static inline int cloud_crowded(const scene *s, const point_cloud *c, const clou
     return 0;
 }
 
-// Throws darts and keeps those that are not crowded. Their least distance is 0.8 of the root of the wanted area of a
-// point, which about fills the surface. 0 when memory runs out.
+// Throws darts and keeps those that are not crowded. Their least distance is 0.8 of the root of the
+// wanted area of a point, which about fills the surface. 0 when memory runs out.
 static inline int cloud_scatter(point_cloud *c, const scene *s, int wanted, uint32_t seed) {
     tracer_random random = tracer_random_begin(seed, 0u, 0u);
     cloud_grid g = {NULL, NULL, 0u, 0.0f};
@@ -110,7 +119,8 @@ static inline int cloud_scatter(point_cloud *c, const scene *s, int wanted, uint
     int hits = 0, room = 2 * wanted + 64, thrown = 4096;
     for (int i = 0; i < s->shape_count; i++) total += cloud_stretch(&s->shape[i]);
     for (int i = 0; i < thrown; i++) hits += cloud_dart(s, total, &random, &dart);
-    float area = 4.0f * SCENE_PI * total * (float)hits / (float)thrown; // to 2 %: enough for the distance
+    float area =
+        4.0f * SCENE_PI * total * (float)hits / (float)thrown; // to 2 %: enough for the distance
     while (g.mask < (uint32_t)room) g.mask = 2u * g.mask + 1u;
     g.inverse = 1.0f / (0.8f * scene_sqrt(area / (float)wanted));
     g.head = (int *)malloc((g.mask + 1u) * sizeof *g.head);
@@ -137,7 +147,8 @@ static inline int cloud_scatter(point_cloud *c, const scene *s, int wanted, uint
 
 // ---- The octree
 
-// Children are made of the octants that hold points; a cell's points are put in the order of their octants.
+// Children are made of the octants that hold points; a cell's points are put in the order of their
+// octants.
 static inline int cloud_octant(sss_vec3 center, sss_vec3 p) {
     return (p.x >= center.x) | (p.y >= center.y) << 1 | (p.z >= center.z) << 2;
 }
@@ -166,13 +177,15 @@ static inline void cloud_split(point_cloud *c, int parent, int depth) {
         if (end == first) continue;
         float half = 0.5f * n.half;
         cloud_node child = {n.center, n.center, n.center, half, first, end - first, 0, 0};
-        child.center = scene_add(
-            n.center, scene_vec(octant & 1 ? half : -half, octant & 2 ? half : -half, octant & 4 ? half : -half));
+        child.center =
+            scene_add(n.center, scene_vec(octant & 1 ? half : -half, octant & 2 ? half : -half,
+                                          octant & 4 ? half : -half));
         c->node[c->nodes++] = child;
         c->node[parent].children++;
         first = end;
     }
-    for (int k = 0; k < c->node[parent].children; k++) cloud_split(c, c->node[parent].child + k, depth + 1);
+    for (int k = 0; k < c->node[parent].children; k++)
+        cloud_split(c, c->node[parent].child + k, depth + 1);
 }
 
 // Takes the irradiance that stands at the points; 0 when memory runs out.
@@ -196,24 +209,29 @@ static inline int cloud_gather(point_cloud *c, const sss_medium *m) {
     return 1;
 }
 
-// The sum over the points below one node; `solid` is the solid angle below which a node counts as one point.
-static inline sss_vec3 cloud_sum(const point_cloud *c, const sss_medium *m, const cloud_node *n, sss_vec3 x,
-                                 float solid) {
-    sss_vec3 way = scene_sub(n->position, x), out = scene_sub(x, n->center), sum = scene_vec(0.0f, 0.0f, 0.0f);
+// The sum over the points below one node; `solid` is the solid angle below which a node counts as
+// one point.
+static inline sss_vec3 cloud_sum(const point_cloud *c, const sss_medium *m, const cloud_node *n,
+                                 sss_vec3 x, float solid) {
+    sss_vec3 way = scene_sub(n->position, x), out = scene_sub(x, n->center),
+             sum = scene_vec(0.0f, 0.0f, 0.0f);
     float squared = scene_dot(way, way),
           side = scene_max(scene_abs(out.x), scene_max(scene_abs(out.y), scene_abs(out.z)));
     if (side > n->half && c->area * (float)n->count < solid * squared)
         return scene_mul(n->light, tracer_profile(m, scene_sqrt(squared)));
-    for (int k = 0; k < n->children; k++) sum = scene_add(sum, cloud_sum(c, m, &c->node[n->child + k], x, solid));
+    for (int k = 0; k < n->children; k++)
+        sum = scene_add(sum, cloud_sum(c, m, &c->node[n->child + k], x, solid));
     for (int i = n->first; !n->children && i < n->first + n->count; i++) {
         way = scene_sub(c->point[i].position, x);
         float r = scene_sqrt(scene_dot(way, way));
         sss_vec3 mean = scene_vec(c->profile[0], c->profile[1], c->profile[2]);
-        sum = scene_add(sum, scene_mul(c->point[i].light, r < c->disk ? mean : tracer_profile(m, r)));
+        sum =
+            scene_add(sum, scene_mul(c->point[i].light, r < c->disk ? mean : tracer_profile(m, r)));
     }
     return sum;
 }
-static inline sss_vec3 cloud_lookup(const point_cloud *c, const sss_medium *m, sss_vec3 x, float solid) {
+static inline sss_vec3 cloud_lookup(const point_cloud *c, const sss_medium *m, sss_vec3 x,
+                                    float solid) {
     return cloud_sum(c, m, &c->node[0], x, solid);
 }
 

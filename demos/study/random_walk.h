@@ -1,13 +1,14 @@
-// random_walk.h - light walks through the volume of the object of scene.h: the truth that profiles stand for. Host
-// only. SPDX-License-Identifier: MIT
+// random_walk.h - light walks through the volume of the object of scene.h: the truth that profiles
+// stand for. Host only. SPDX-License-Identifier: MIT
 //
-// The object is a homogeneous medium with isotropic scattering and no boundary of its own (matched indices). A walk
-// enters in a cosine-distributed direction, ideal diffuse transmission as the profiles assume it, and ends where it
-// leaves the object.
+// The object is a homogeneous medium with isotropic scattering and no boundary of its own (matched
+// indices). A walk enters in a cosine-distributed direction, ideal diffuse transmission as the
+// profiles assume it, and ends where it leaves the object.
 //
-// All three channels share one path. Channel `hero` draws its distances; over all channels that might have drawn them
-// the balance heuristic gives channel c the weight albedo^n p_c / mean p, p_c the density of the path's distances if c
-// draws them. That is at most 3, and grey media lose nothing.
+// All three channels share one path. Channel `hero` draws its distances; over all channels that
+// might have drawn them the balance heuristic gives channel c the weight albedo^n p_c / mean p, p_c
+// the density of the path's distances if c draws them. That is at most 3, and grey media lose
+// nothing.
 #ifndef RANDOM_WALK_H
 #define RANDOM_WALK_H
 
@@ -15,7 +16,8 @@
 
 #include "demos/common/tracer.h"
 
-#define WALK_MAX_SCATTERINGS 100000 // a guard against media without absorption; no walk of ours comes near
+#define WALK_MAX_SCATTERINGS                                                                       \
+    100000 // a guard against media without absorption; no walk of ours comes near
 
 typedef struct walk_medium {
     double extinction[3], albedo[3]; // 1/length, and of a single scattering
@@ -27,23 +29,23 @@ typedef struct walk_exit {
     float weight[3]; // times white Lambert's radiance there, as sss_exit
 } walk_exit;
 
-// Diffuse albedo of the half space, s = sqrt(1 - albedo of a scattering): a rational fit to Chandrasekhar's exact
-// value, good to 1e-6.
+// Diffuse albedo of the half space, s = sqrt(1 - albedo of a scattering): a rational fit to
+// Chandrasekhar's exact value, good to 1e-6.
 static inline double walk_diffuse_albedo(double s) {
-    return (1.0 - s) * (1.0 + s * (0.38313089 - 0.00319767 * s)) / (1.0 + s * (1.69256344 + 0.6802289 * s));
+    return (1.0 - s) * (1.0 + s * (0.38313089 - 0.00319767 * s)) /
+           (1.0 + s * (1.69256344 + 0.6802289 * s));
 }
 
-// The volume of a half space with this diffuse albedo, whose light falls off as e^(-r / dmfp): Grosjean's diffusion.
+// The volume of a half space with this diffuse albedo, whose light falls off as e^(-r / dmfp):
+// Grosjean's diffusion.
 static inline walk_medium walk_from_albedo(const float albedo[3], const float dmfp[3]) {
     walk_medium m;
     for (int c = 0; c < 3; c++) {
         double low = 0.0, high = 1.0;
         for (int i = 0; i < 50; i++) {
             double middle = 0.5 * (low + high);
-            if (walk_diffuse_albedo(middle) > (double)albedo[c])
-                low = middle;
-            else
-                high = middle;
+            if (walk_diffuse_albedo(middle) > (double)albedo[c]) low = middle;
+            else high = middle;
         }
         m.albedo[c] = 1.0 - low * low;
         m.extinction[c] = 1.0 / (sqrt(3.0 * low * low / (1.0 + low * low)) * (double)dmfp[c]);
@@ -51,8 +53,9 @@ static inline walk_medium walk_from_albedo(const float albedo[3], const float dm
     return m;
 }
 
-// Goes up to `want` along a ray that starts in `shape`, from shape to shape while they overlap. Returns the distance;
-// it is less than `want` where the ray leaves the object, and then *shape is the one that it leaves.
+// Goes up to `want` along a ray that starts in `shape`, from shape to shape while they overlap.
+// Returns the distance; it is less than `want` where the ray leaves the object, and then *shape is
+// the one that it leaves.
 static inline float walk_along(const scene *s, sss_vec3 x, sss_vec3 d, float want, int *shape) {
     float reach = scene_max(scene_shape_interval(&s->shape[*shape], x, d).t1, 0.0f);
     for (int i = 0; i < s->shape_count && reach < want; i++) {
@@ -66,18 +69,21 @@ static inline float walk_along(const scene *s, sss_vec3 x, sss_vec3 d, float wan
 }
 
 static inline sss_vec3 walk_isotropic(tracer_random *random) {
-    float z = 1.0f - 2.0f * tracer_next(random), r = scene_sqrt(scene_max(1.0f - z * z, 0.0f)), sine, cosine;
-    sssi_sincos_turn(tracer_next(random), &sine, &cosine);
-    return scene_vec(r * cosine, r * sine, z);
+    float z = 1.0f - 2.0f * tracer_next(random), r = scene_sqrt(scene_max(1.0f - z * z, 0.0f));
+    float angle = 6.28318531f * tracer_next(random);
+
+    return scene_vec(r * cosf(angle), r * sinf(angle), z);
 }
 
 // 1 and where the walk leaves, or 0 when it is absorbed; exit->scatterings either way.
-static inline int walk_lookup(const scene *s, const walk_medium *m, sss_vec3 x, sss_vec3 normal, int shape,
-                              tracer_random *random, walk_exit *exit) {
-    double path[3] = {1.0, 1.0, 1.0}, light[3] = {1.0, 1.0, 1.0}; // p_c / p_hero, and albedo^n over chances to live on
+static inline int walk_lookup(const scene *s, const walk_medium *m, sss_vec3 x, sss_vec3 normal,
+                              int shape, tracer_random *random, walk_exit *exit) {
+    double path[3] = {1.0, 1.0, 1.0},
+           light[3] = {1.0, 1.0, 1.0}; // p_c / p_hero, and albedo^n over chances to live on
     int hero = (int)(3.0f * tracer_next(random));
     float u = tracer_next(random);
-    sss_vec3 d = tracer_about(scene_scale(normal, -1.0f), scene_sqrt(1.0f - u), scene_sqrt(u), tracer_next(random));
+    sss_vec3 d = tracer_about(scene_scale(normal, -1.0f), scene_sqrt(1.0f - u), scene_sqrt(u),
+                              tracer_next(random));
     for (int n = 0; n < WALK_MAX_SCATTERINGS; n++) {
         float want = (float)(-log(1.0 - (double)tracer_next(random)) / m->extinction[hero]);
         float length = walk_along(s, x, d, want, &shape);

@@ -207,7 +207,7 @@ static inline int rivals_lookup(const rivals_world *w, const camera_entry *at,
     int count = sss_finish(&r, exits);
     for (int k = 0; k < count; k++) {
         int hit = exits[k].hit;
-        shapes[k] = hit < 0          ? at->shape
+        shapes[k] = hit < 0             ? at->shape
                     : hit < RIVALS_HITS ? shape[hit]
                                         : scene_shape_at(&w->s, exits[k].position);
     }
@@ -292,15 +292,13 @@ static inline void rivals_lean_lookup(const rivals_world *w, const camera_entry 
     sss_vec3 axis[3] = {at->normal, tangent, scene_cross(at->normal, tangent)};
     int a = pick < 0.5f ? 0 : pick < 0.75f ? 1 : 2;
     float d = m->length[(int)(3.0f * colour)];
-    float r = u < 0.25f ? -d * logf(1.0f - 4.0f * u)
-                        : -3.0f * d * logf(1.0f - (u - 0.25f) / 0.75f);
+    float r = u < 0.25f ? -d * logf(1.0f - 4.0f * u) : -3.0f * d * logf(1.0f - (u - 0.25f) / 0.75f);
 
     if (!(r < m->r_max)) return;
-    float half = scene_sqrt(m->r_max * m->r_max - r * r), sine, cosine;
-    sssi_sincos_turn(turn, &sine, &cosine);
-    sss_vec3 start = scene_along(at->position, axis[(a + 1) % 3], r * cosine);
+    float half = scene_sqrt(m->r_max * m->r_max - r * r), angle = 6.28318531f * turn;
+    sss_vec3 start = scene_along(at->position, axis[(a + 1) % 3], r * cosf(angle));
     scene_hits hits;
-    start = scene_along(scene_along(start, axis[(a + 2) % 3], r * sine), axis[a], half);
+    start = scene_along(scene_along(start, axis[(a + 2) % 3], r * sinf(angle)), axis[a], half);
     work->probes++;
     scene_segment_hits(&w->s, start, scene_scale(axis[a], -1.0f), 2.0f * half, &hits);
 

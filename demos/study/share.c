@@ -22,8 +22,10 @@ enum { OWN_1, SHARED_1, OWN_16, SHARED_16, PANELS };
 static const char *const title[PANELS] = {"own exits", "shared", "own exits", "shared"};
 enum { CAPTION_LINES = 3 };
 static const char *const caption[CAPTION_LINES] = {
-    "All lookups have a light hint. A shared exit serves 8 x 8 pixels. Lower row: the error. It is grey",
-    "where there is none, and four times as strong in the two panels on the right. Correlation: of the",
+    "All lookups have a light hint. A shared exit serves 8 x 8 pixels. Lower row: the error. It is "
+    "grey",
+    "where there is none, and four times as strong in the two panels on the right. Correlation: of "
+    "the",
     "errors of neighbouring pixels."};
 static const int samples[PANELS] = {1, 1, 16, 16};
 
@@ -38,7 +40,8 @@ static void add(image *part, int x, int y, sss_vec3 radiance) {
 }
 
 static void add_tiles(const scene *s, tracer_settings settings, uint32_t sample, image *part) {
-    int columns = tracer_tile_count(settings, sample, 0), rows = tracer_tile_count(settings, sample, 1);
+    int columns = tracer_tile_count(settings, sample, 0),
+        rows = tracer_tile_count(settings, sample, 1);
 #pragma omp parallel for schedule(dynamic)
     for (int number = 0; number < columns * rows; number++) {
         tracer_tile tile;
@@ -50,7 +53,8 @@ static void add_tiles(const scene *s, tracer_settings settings, uint32_t sample,
 
         tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
         for (int i = 0; i < TRACER_TILE_PIXELS; i++)
-            if (tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) add(part, x, y, radiance[i]);
+            if (tracer_tile_pixel(settings, sample, column, row, i, &x, &y))
+                add(part, x, y, radiance[i]);
     }
 }
 
@@ -98,27 +102,31 @@ static double correlation(const image *part, const image truth[2], const unsigne
 }
 
 // The part, or its error about grey, `scale` times; each pixel ZOOM large.
-static void draw(image_bytes *sheet, const image *part, const image truth[2], float scale, int left, int top) {
+static void draw(image_bytes *sheet, const image *part, const image truth[2], float scale, int left,
+                 int top) {
     for (int i = 0; i < SIDE * ZOOM * SIDE * ZOOM; i++) {
         int x = i % (SIDE * ZOOM), y = i / (SIDE * ZOOM), from = y / ZOOM * SIDE + x / ZOOM;
         unsigned char *to = sheet->rgb + 3 * (size_t)((top + y) * sheet->width + left + x);
         float error = 0.5f + scale * (float)error_at(part, truth, x / ZOOM, y / ZOOM);
         for (int c = 0; c < 3; c++) {
             float linear = part->rgb[3 * from + c];
-            to[c] = scale > 0.0f ? (unsigned char)(255.0f * scene_min(scene_max(error, 0.0f), 1.0f) + 0.5f)
-                                 : image_tone(linear, 1.0f);
+            to[c] = scale > 0.0f
+                        ? (unsigned char)(255.0f * scene_min(scene_max(error, 0.0f), 1.0f) + 0.5f)
+                        : image_tone(linear, 1.0f);
         }
     }
 }
 
-static void draw_sheet(const char *path, const image *part, const image truth[2], const unsigned char *mask) {
+static void draw_sheet(const char *path, const image *part, const image truth[2],
+                       const unsigned char *mask) {
     const int panel = SIDE * ZOOM;
     image_font font;
     image_bytes sheet;
     const char *wrong = image_font_open(&font);
     if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
     int height = 2 * panel + 3 * MARGIN + CAPTION;
-    if (!image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250)) fail(1, "out of memory");
+    if (!image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250))
+        fail(1, "out of memory");
     for (int i = 0; i < PANELS; i++) {
         char line[120];
         int left = MARGIN + i * (panel + MARGIN), below = 2 * panel + 2 * MARGIN;
@@ -134,8 +142,8 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
         image_text(&sheet, &font, line, 32.0f, left, below + 110, 20);
         snprintf(line, sizeof line, "correlation %.2f", neighbours);
         image_text(&sheet, &font, line, 32.0f, left, below + 146, 20);
-        printf("%s, %d: relative MSE %.5f, correlation of neighbours %.3f\n", title[i],
-               samples[i], error, neighbours);
+        printf("%s, %d: relative MSE %.5f, correlation of neighbours %.3f\n", title[i], samples[i],
+               error, neighbours);
     }
     for (int i = 0; i < CAPTION_LINES; i++) {
         int baseline = height - MARGIN - 34 * (CAPTION_LINES - 1 - i);
@@ -172,7 +180,8 @@ int main(int count, char **words) {
         part[i] = render(&s, settings, samples[i]);
     }
     for (int i = 0; i < SIDE * SIDE; i++)
-        mask[i] = (unsigned char)tracer_sees_object(&s, WIDTH, HEIGHT, LEFT + i % SIDE, TOP + i / SIDE);
+        mask[i] =
+            (unsigned char)tracer_sees_object(&s, WIDTH, HEIGHT, LEFT + i % SIDE, TOP + i / SIDE);
     draw_sheet(words[1], part, truth, mask);
     for (int i = 0; i < PANELS; i++) free(part[i].rgb);
     free(truth[0].rgb);

@@ -20,10 +20,14 @@ static const char usage[] =
     "Measures what sharing does to the variance of lookups, over that of a hinted lookup with 8\n"
     "candidates and one exit of its own. Below 1 is better. CPU time is of the calling thread.\n"
     "\n"
-    "First tables: 8 x 8 pixels share, one exit a colour. One column for each spacing rule: a channel\n"
-    "takes part if its length (Burley's d) is at least that many pixels; the header has 0.5. `own` is\n"
-    "the relative variance itself, `alone` one exit a colour without sharing. Where hints leave next\n"
-    "to no variance, sharing adds some. Last tables: candidates, side of the tile, and one exit or\n"
+    "First tables: 8 x 8 pixels share, one exit a colour. One column for each spacing rule: a "
+    "channel\n"
+    "takes part if its length (Burley's d) is at least that many pixels; the header has 0.5. `own` "
+    "is\n"
+    "the relative variance itself, `alone` one exit a colour without sharing. Where hints leave "
+    "next\n"
+    "to no variance, sharing adds some. Last tables: candidates, side of the tile, and one exit "
+    "or\n"
     "one of each colour.\n"
     "\n"
     "  --quick   one pass: checks that all works, its figures say little\n"
@@ -141,8 +145,7 @@ static void tile_estimate(const scene *s, const tile_group *g, const tile_way *w
 
         for (int i = 0; i < count; i++) {
             if (way->rule < 0.0f) {
-                for (int c = 0; c < 3; c++)
-                    value[k][c] += (double)(exits[i].weight[c] * light[i]);
+                for (int c = 0; c < 3; c++) value[k][c] += (double)(exits[i].weight[c] * light[i]);
                 continue;
             }
             // The header shares lengths of at least half the spacing.
@@ -216,8 +219,8 @@ static void tile_add(const scene *s, const tile_way *way, const tile_shading *ho
     }
 }
 
-static tile_result tile_measure(const scene *s, const tile_way *way,
-                                const tile_shading *how, const tile_settings *settings) {
+static tile_result tile_measure(const scene *s, const tile_way *way, const tile_shading *how,
+                                const tile_settings *settings) {
     tile_result result = {{0.0}, {0.0}, 0.0};
 
 #pragma omp parallel for schedule(dynamic)
@@ -260,8 +263,8 @@ typedef struct tile_column {
 } tile_column;
 
 // One case: its ratios go to the columns, `alone` last.
-static void tile_rule_row(const scene *s, const tile_shading *how,
-                          const tile_settings *settings, tile_column *column) {
+static void tile_rule_row(const scene *s, const tile_shading *how, const tile_settings *settings,
+                          tile_column *column) {
     tile_result own = tile_measure(s, &tile_own, how, settings);
     double plain = tile_variance(&own, &own);
 

@@ -1,4 +1,5 @@
-// torus.h - a torus of 50,000 triangles as the studies on a mesh render it. SPDX-License-Identifier: MIT
+// torus.h - a torus of 50,000 triangles as the studies on a mesh render it.
+// SPDX-License-Identifier: MIT
 #ifndef TORUS_H
 #define TORUS_H
 
@@ -17,12 +18,8 @@ static void torus_make(mesh_world *world) {
         double a = 2.0 * 3.14159265358979 * u / TORUS_AROUND;
         double b = 2.0 * 3.14159265358979 * v / TORUS_ACROSS;
         double r = 0.4 + 0.03 * sin(9.0 * a + 5.0 * b);
-        const uint32_t two[6] = {i,
-                                 next * TORUS_ACROSS + v,
-                                 next * TORUS_ACROSS + up,
-                                 i,
-                                 next * TORUS_ACROSS + up,
-                                 u * TORUS_ACROSS + up};
+        const uint32_t two[6] = {i, next * TORUS_ACROSS + v,  next * TORUS_ACROSS + up,
+                                 i, next * TORUS_ACROSS + up, u * TORUS_ACROSS + up};
 
         xyz[3 * i] = (float)((1.0 + r * cos(b)) * cos(a));
         xyz[3 * i + 1] = (float)(r * sin(b));

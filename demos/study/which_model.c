@@ -1,6 +1,7 @@
 /* which_model.c - which model sss_plan_for chooses, over the thickness of the object and the width
    of a pixel. Prints a grid for which_model.gp: log10 of both over the dmfp, and the model for a
-   tolerance of 10 %. Model 4 is a walk that an error of 30 % would spare. SPDX-License-Identifier: MIT */
+   tolerance of 10 %. Model 4 is a walk that an error of 30 % would spare. SPDX-License-Identifier:
+   MIT */
 #include <stdio.h>
 
 #include "sss_resample.h"

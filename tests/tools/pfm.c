@@ -1,15 +1,15 @@
 // pfm.c - questions about the float pictures (PFM) that render writes. SPDX-License-Identifier: MIT
 //
-//     pfm check FILE W H    exit code 0 if it is a colour PFM of this size, all finite and not all black
-//     pfm mean FILE         the same for any size, and the mean of each channel
-//     pfm same A B          exit code 0 if the pictures differ as little as 64 additions of floats allow
+//     pfm check FILE W H    exit code 0 if it is a colour PFM of this size, all finite and not all
+//     black pfm mean FILE         the same for any size, and the mean of each channel pfm same A B
+//     exit code 0 if the pictures differ as little as 64 additions of floats allow
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-// Samples are about as large as the brightest pixel of the tests' pictures (5), and each of 64 additions may lose half
-// an ulp of the sum.
+// Samples are about as large as the brightest pixel of the tests' pictures (5), and each of 64
+// additions may lose half an ulp of the sum.
 #define ROUNDING (5.0 * 64.0 * 5.96e-8)
 
 typedef struct picture {
@@ -17,14 +17,16 @@ typedef struct picture {
     float *rgb;
 } picture;
 
-// The pixels are little endian, as the tests' machines are; behind them stands what render says of its samples.
+// The pixels are little endian, as the tests' machines are; behind them stands what render says of
+// its samples.
 static picture load(const char *path) {
     picture p = {0, 0, NULL};
     double scale = 0.0;
     char note[8];
     FILE *f = fopen(path, "rb");
 
-    if (!f || fscanf(f, "PF %d %d %lf", &p.width, &p.height, &scale) != 3 || fgetc(f) != '\n' || scale != -1.0) {
+    if (!f || fscanf(f, "PF %d %d %lf", &p.width, &p.height, &scale) != 3 || fgetc(f) != '\n' ||
+        scale != -1.0) {
         fprintf(stderr, "pfm: %s is no little endian colour PFM\n", path);
         exit(1);
     }
@@ -72,7 +74,8 @@ static int same(const char *one, const char *other) {
 }
 
 int main(int count, char **words) {
-    if (count == 5 && strcmp(words[1], "check") == 0) return mean(words[2], atoi(words[3]), atoi(words[4]), 0);
+    if (count == 5 && strcmp(words[1], "check") == 0)
+        return mean(words[2], atoi(words[3]), atoi(words[4]), 0);
     if (count == 3 && strcmp(words[1], "mean") == 0) return mean(words[2], 0, 0, 1);
     if (count == 4 && strcmp(words[1], "same") == 0) return same(words[2], words[3]);
     fputs("usage: pfm check FILE W H, pfm mean FILE, pfm same A B\n", stderr);

@@ -1,11 +1,12 @@
-// pixels.c - questions about pictures. Reads PNG, and the screen as Xvfb keeps it in a file (XWD: a header of big endian
-// words, then rows of blue, green, red, unused). SPDX-License-Identifier: MIT
+// pixels.c - questions about pictures. Reads PNG, and the screen as Xvfb keeps it in a file (XWD: a
+// header of big endian words, then rows of blue, green, red, unused). SPDX-License-Identifier: MIT
 //
 //     pixels size A                   its size as WxH
 //     pixels bright A [X Y W H]       how many pixels of the rectangle are nearly white
-//     pixels differ A B [X Y W H]     how many of 10000 pixels differ by more than 24 of 255 in some channel
-//     pixels extent A [X Y W H]       where pixels differ from the rectangle's first one, as X0 Y0 X1 Y1
-//     pixels bytes A B                how many of a million bytes differ, and by how much the worst of them does
+//     pixels differ A B [X Y W H]     how many of 10000 pixels differ by more than 24 of 255 in
+//     some channel pixels extent A [X Y W H]       where pixels differ from the rectangle's first
+//     one, as X0 Y0 X1 Y1 pixels bytes A B                how many of a million bytes differ, and
+//     by how much the worst of them does
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -77,7 +78,9 @@ static int lies_in(const rectangle *r, const picture *p) {
     return r->x + r->width <= p->width && r->y + r->height <= p->height;
 }
 
-static const unsigned char *pixel(const picture *p, int x, int y) { return p->rgb + 3 * (y * p->width + x); }
+static const unsigned char *pixel(const picture *p, int x, int y) {
+    return p->rgb + 3 * (y * p->width + x);
+}
 
 static int differs(const unsigned char *a, const unsigned char *b) {
     return abs(a[0] - b[0]) > NOTICED || abs(a[1] - b[1]) > NOTICED || abs(a[2] - b[2]) > NOTICED;
@@ -98,7 +101,8 @@ static int differ(const picture *a, const picture *b, const rectangle *r) {
     int count = 0;
     if (!lies_in(r, a) || !lies_in(r, b)) return 10000;
     for (int y = r->y; y < r->y + r->height; y++) {
-        for (int x = r->x; x < r->x + r->width; x++) count += differs(pixel(a, x, y), pixel(b, x, y));
+        for (int x = r->x; x < r->x + r->width; x++)
+            count += differs(pixel(a, x, y), pixel(b, x, y));
     }
     return (int)(1e4 * count / ((double)r->width * r->height) + 0.5);
 }
@@ -137,7 +141,8 @@ int main(int count, char **words) {
     int two = strcmp(question, "differ") == 0 || strcmp(question, "bytes") == 0;
     int used = two ? 4 : 3;
     if (count < used) {
-        fputs("usage: pixels size|bright|extent A [X Y W H], pixels differ|bytes A B [X Y W H]\n", stderr);
+        fputs("usage: pixels size|bright|extent A [X Y W H], pixels differ|bytes A B [X Y W H]\n",
+              stderr);
         return 2;
     }
 

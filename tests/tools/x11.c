@@ -12,8 +12,8 @@
 static void set_density(Display *display, const char *dpi) {
     char text[64];
     snprintf(text, sizeof text, "Xft.dpi:\t%s\n", dpi);
-    XChangeProperty(display, DefaultRootWindow(display), XA_RESOURCE_MANAGER, XA_STRING, 8, PropModeReplace,
-                    (unsigned char *)text, (int)strlen(text));
+    XChangeProperty(display, DefaultRootWindow(display), XA_RESOURCE_MANAGER, XA_STRING, 8,
+                    PropModeReplace, (unsigned char *)text, (int)strlen(text));
 }
 
 static void close_window(Display *display, Window window) {
