@@ -9,7 +9,7 @@
 #include "common/files.h"
 #include "common/tracer.h"
 
-#define RENDER_COMPARE_SPP       24  // of the resampled panel
+#define RENDER_COMPARE_SPP       12  // of the resampled panel
 #define RENDER_COMPARE_REFERENCE 96  // samples a pixel in each half of the reference
 #define RENDER_COMPARE_COST      1.0 // of one of these, over one of the resampled panel, roughly
 #define RENDER_COMPARE_SECONDS                                                                     \
@@ -645,10 +645,12 @@ static void compare_settings(const options *o, const scene *s, run *runs) {
         settings->light_aware = i == RESAMPLED || i == SHARED;
         if (i == LAMBERT) settings->plan.techniques = SSS_LAMBERT;
     }
-    // Both with the plan that is advised: they differ by the tile alone.
+    // Each with the plan that is advised for it: without a footprint nothing is shared.
+    sss_plan own = tracer_sharing(&s->medium, 0.0f, 1);
+    tracer_settings *resampled = &runs[RESAMPLED].settings;
+    if (!resampled->plan.candidates) resampled->plan.candidates = own.candidates;
+    if (!resampled->plan.exits) resampled->plan.per_channel |= own.per_channel;
     set_sharing(o, s, &runs[SHARED].settings);
-    runs[RESAMPLED].settings.plan = runs[SHARED].settings.plan;
-    runs[RESAMPLED].settings.plan.tile = 0;
 }
 
 // The time of one sample, measured on other samples. The first one is not counted: a device may
@@ -786,7 +788,8 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
         compare_caption(&sheet, font, runs, i, left, below + 38);
     }
     const int print_top = below + caption + 22;
-    const sss_plan *plan = &runs[SHARED].settings.plan;
+    const sss_plan *plan = &runs[RESAMPLED].settings.plan;
+    const sss_plan *shared = &runs[SHARED].settings.plan;
     char line[240];
     snprintf(line, sizeof line,
              "%s Plain: one probe, on one of three axes. Resampled: one of %d candidates%s, with a "
@@ -797,9 +800,10 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
              plan->candidates ? plan->candidates : 8, plan->per_channel ? " for each colour" : "");
     image_text(&sheet, font, line, 22.0f, margin, print_top, 90);
     snprintf(line, sizeof line,
-             "Shared: the same, and each exit serves a tile of %d x %d pixels. Error: root mean "
+             "Shared: one of %d, and each exit serves a tile of %d x %d pixels. Error: root mean "
              "square, relative.",
-             tracer_tile_side(runs[SHARED].settings), tracer_tile_side(runs[SHARED].settings));
+             shared->candidates ? shared->candidates : 8, tracer_tile_side(runs[SHARED].settings),
+             tracer_tile_side(runs[SHARED].settings));
     image_text(&sheet, font, line, 22.0f, margin, print_top + 28, 90);
     const char *wrong = file_write_png(o->png, &sheet);
     free(sheet.rgb);
