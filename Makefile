@@ -29,14 +29,14 @@ DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard d
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
 SOURCES   = $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
 PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
-# The page's test waits for most of its time, so it comes before all; long ones do not come last.
-ORDER     = tests/test_page.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh
+# The page's and the windows' tests wait for most of their time, so they come before all; long ones do not come last.
+ORDER     = tests/test_page.sh tests/test_window.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh
 EACH      = $(ORDER) $(filter-out $(ORDER),$(PROGRAMS) $(wildcard tests/test_*.sh)) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
 EXAMPLES := $(patsubst examples/%.c,build/examples/%,$(wildcard examples/*.c))
 CHAPTERS := $(patsubst tutorial/%/main.c,build/tutorial/%,$(wildcard tutorial/*/main.c))
-CHARTS   := race which hints model
+CHARTS   := race which hints model mesh
 # With pandas and matplotlib, as make setup-long installs them for this one.
 PYTHON   ?= /usr/bin/python3
 FUZZ_MINUTES ?= 1
@@ -191,11 +191,12 @@ model-error: build/model_error
 	cp build/model_error.png demos/study/
 
 # Rows that build/chart.csv holds are not measured again. REDUCED=1 does an eighth.
-chart: build/chart build/model
+chart: build/chart build/model build/mesh_race
 	build/chart $(if $(REDUCED),--reduced)
+	build/mesh_race $(if $(REDUCED),--reduced) >build/chart-mesh.csv
 	build/model tests/data/mc_searchlight.csv build/chart
-	$(PYTHON) demos/study/chart.py build/chart.csv build/chart-model.dat build/chart
-	cp build/chart.csv build/chart.md build/chart-caption.md $(CHARTS:%=build/chart-%.png) demos/study/
+	$(PYTHON) demos/study/chart.py build/chart.csv build/chart-model.dat build/chart-mesh.csv build/chart
+	cp build/chart.csv build/chart-mesh.csv build/chart.md build/chart-caption.md $(CHARTS:%=build/chart-%.png) demos/study/
 
 which-model: build/which_model
 	build/which_model >build/which_model.dat

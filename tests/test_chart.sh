@@ -89,9 +89,9 @@ rows_are_complete() {
 # charts_are_drawn ROWS OUT
 charts_are_drawn() {
     "$model" tests/data/mc_searchlight.csv "$work/chart" &&
-        "$python" demos/study/chart.py "$1" "$work/chart-model.dat" "$2" || return 1
+        "$python" demos/study/chart.py "$1" "$work/chart-model.dat" demos/study/chart-mesh.csv "$2" || return 1
     local name
-    for name in race which hints model; do
+    for name in race which hints model mesh; do
         [ "$(head -c 4 "$2-$name.png" | tail -c 3)" = PNG ] || { echo "no $2-$name.png" && return 1; }
         [ "$(wc -c <"$2-$name.png")" -gt 10000 ] || { echo "$2-$name.png is empty" && return 1; }
     done
@@ -99,7 +99,7 @@ charts_are_drawn() {
 }
 
 chart_py_refuses() {
-    refuses 2 "$python" "$PWD/demos/study/chart.py" && refuses 2 "$python" "$PWD/demos/study/chart.py" no/file x y
+    refuses 2 "$python" "$PWD/demos/study/chart.py" && refuses 2 "$python" "$PWD/demos/study/chart.py" no/file x y z
 }
 
 # The page and the caption come from the rows, and the README quotes the caption if it shows the picture.

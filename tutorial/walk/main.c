@@ -4,7 +4,7 @@
 
 // Change these and see what happens.
 static const vec sun_behind = {-0.6, 0.35, -0.7};
-static const int few = 4, many = 256; // lookups for each pixel
+static const int few = 4, many[] = {32, 128}; // lookups for each pixel, of profile and walk
 static const int light_hint = 1;      // 0: no hints
 static const double exposure = 2.5;   // the camera sees the dark side
 
@@ -29,7 +29,10 @@ static vec exitance(hit entry, int way) {
     sss_exit e;
     hit hits[MOST_HITS];
 
-    sss_begin(&s, &wax, &plan[way], to_sss(entry.y), to_sss(entry.n), sss_hash(lookups++, 0));
+    uint32_t seed = sss_hash(lookups / 32, 0), sample = lookups % 32; // strata of one another
+
+    sss_begin_sample(&s, &wax, &plan[way], to_sss(entry.y), to_sss(entry.n), seed, sample);
+    lookups++;
     while (sss_next_probe(&s, &p)) {
         vec o = from_sss(p.origin), dir = from_sss(p.direction);
         int count = all_hits(o, dir, 0, (double)p.length, hits);
@@ -92,7 +95,7 @@ int main(int argc, char **argv) {
     to_sun = sun_behind;
     for (int way = 0; way < WAYS; way++) {
         traced = lookups = 0;
-        vec m = picture_mean(way, many, by[way]);
+        vec m = picture_mean(way, many[way], by[way]);
         printf("%s: mean red %.3f, green %.3f, blue %.3f, segments a lookup %.1f\n", name[way], m.x,
                m.y, m.z, (double)traced / lookups);
         show(&s, way, name[way], by[way]);
