@@ -30,7 +30,7 @@ FIRST    := contract bound intensity profiles math random plans invariance robus
 SOURCES   = $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
 PROGRAMS  = $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
 # The page's and the windows' tests wait for most of their time, so they come before all; long ones do not come last.
-ORDER     = tests/test_page.sh tests/test_window.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh
+ORDER     = tests/test_page.sh tests/test_window.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh tests/test_compile.sh
 EACH      = $(ORDER) $(filter-out $(ORDER),$(PROGRAMS) $(wildcard tests/test_*.sh)) $(if $(filter test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS     = $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
 TOOLS    := build/tools/pfm build/tools/pixels
