@@ -240,11 +240,11 @@ typedef enum sss_result {
     SSS_BAD_PLAN
 } sss_result;
 
-/* A material: three colour channels, all in plain floats. Made by the constructors below; its
-   fields are private. A channel is *live* (albedo > 0, length > 0), *Lambert* (albedo > 0, length
-   0: the light leaves where it came in) or *black* (albedo 0). A channel whose length is below
-   2^-20 of the widest channel's r_max becomes Lambert: float coordinates cannot resolve it beside
-   the other. All but 1e-3 of its light would leave within 1e-3 of r_max. */
+/* A material: three colour channels, all in plain floats. Made by the constructors below; read
+   its fields, but write none. A channel is *live* (albedo > 0, length > 0), *Lambert* (albedo >
+   0, length 0: the light leaves where it came in) or *black* (albedo 0). A channel whose length
+   is below 2^-20 of the widest channel's r_max becomes Lambert: float coordinates cannot resolve
+   it beside the other. All but 1e-3 of its light would leave within 1e-3 of r_max. */
 typedef struct sss_medium {
     int dipole;          /* 0: Burley's profile [6]; 1: a dipole [7] */
     float albedo[3];     /* A: the integral of Rd over the plane, 0..1 */

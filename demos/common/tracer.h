@@ -132,6 +132,8 @@ static inline sss_vec3 tracer_tangent(sss_vec3 n) {
 static inline sss_vec3 tracer_about(sss_vec3 n, float z, float r, float u) {
     sss_vec3 t = tracer_tangent(n), b = scene_cross(n, t);
     float sine, cosine;
+
+    // Private to the header, and borrowed because it has the same bits on every device.
     sssi_sincos_turn(u, &sine, &cosine);
     return scene_add(scene_scale(n, z),
                      scene_add(scene_scale(t, r * cosine), scene_scale(b, r * sine)));
