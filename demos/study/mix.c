@@ -68,6 +68,8 @@ static void mix_lookup(const scene *s, const mix_plan *plan, camera_entry at, ui
     p.candidates = plan->candidates;
     p.independent = plan->independent;
     sss_begin(&r, &s->medium, &p, at.position, at.normal, seed);
+
+    // Shares that no plan can ask for: this experiment sets what is private.
     memcpy(r.share, plan->share, sizeof r.share);
     sssi_set_counts(&r);
     while (sss_next_probe(&r, &probe)) {
