@@ -57,7 +57,7 @@ help:
 	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
-	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (15 minutes)'
+	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (8 minutes)'
 	@echo 'make which-model   the map of models that sss_plan_for chooses from, drawn'
 	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
