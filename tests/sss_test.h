@@ -68,9 +68,10 @@ static inline void check_z(const char *inputs, double actual, double error, doub
                            double rounding, double limit) {
     st_log *book = st_logbook();
     double z = error > 0.0 ? (actual - expected) / error : 0.0;
+    double unexplained = error > 0.0 ? fmax(fabs(actual - expected) - rounding, 0.0) / error : 0.0;
     ++book->z_count;
     book->alarms += erfc(limit / sqrt(2.0));
-    if (fabs(z) > book->worst_z) book->worst_z = fabs(z);
+    if (unexplained > book->worst_z) book->worst_z = unexplained;
     if (expected != 0.0 && limit * error / fabs(expected) > book->power)
         book->power = limit * error / fabs(expected);
     if (!(fabs(actual - expected) <= limit * error + rounding))
