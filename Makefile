@@ -21,7 +21,7 @@ PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-c
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
     libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel \
     python3-pandas python3-matplotlib
-# Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these three is built.
+# Not :=, so that `make setup test` asks after setup. Without Embree 3 and assimp all but these four is built.
 MESH      = $(shell $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1 && echo 1)
 NO_MESH   = $(if $(MESH),,build/mesh build/mesh_race build/mesh_share build/test_mesh)
 DEMOS     = $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
@@ -191,9 +191,11 @@ model-error: build/model_error
 	cp build/model_error.png demos/study/
 
 # Rows that build/chart.csv holds are not measured again. REDUCED=1 does an eighth.
-chart: build/chart build/model build/mesh_race
+chart: build/chart build/model $(if $(MESH),build/mesh_race)
+	@[ "$(MESH)" ] || { echo 'chart: Embree 3 or assimp is missing; make setup installs both'; exit 1; }
 	build/chart $(if $(REDUCED),--reduced)
-	build/mesh_race $(if $(REDUCED),--reduced) >build/chart-mesh.csv
+	build/mesh_race $(if $(REDUCED),--reduced) >build/chart-mesh.new
+	mv build/chart-mesh.new build/chart-mesh.csv
 	build/model tests/data/mc_searchlight.csv build/chart
 	$(PYTHON) demos/study/chart.py build/chart.csv build/chart-model.dat build/chart-mesh.csv build/chart
 	cp build/chart.csv build/chart-mesh.csv build/chart.md build/chart-caption.md $(CHARTS:%=build/chart-%.png) demos/study/

@@ -65,8 +65,9 @@
    origin (tmin = 0) to its very end, and do not start again where there is no hit. Step from hit to
    hit by primitive, not by an absolute epsilon. An intersector with an epsilon of its own gets a
    ray that starts that much earlier; one that culls back faces traces each probe from both ends.
-   Light arrives on the outer side of an exit, wherever the probe came from. Shading normals lose
-   light here (a tenth under a gentle bump map); they belong in E. One lookup has one medium: the
+   Light arrives on the outer side of an exit, wherever the probe came from. Shading normals
+   make the mean wrong (7 % too bright in examples/furnace.c, 13 % too dark in
+   demos/study/failures.c); they belong in E. One lookup has one medium: the
    entry's.
 
    Bound. Without hints one hit adds to exit.weight[c] at most
@@ -446,6 +447,8 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
      SSS_LAMBERT   where the light leaves within a pixel (footprint * tolerance > 0.05 r_max);
      SSS_DISK      with one candidate, where the surface is flat as far as r_max;
      the default mix elsewhere, with the candidates, colours and tile that pay.
+   A disk may get a tile, too. Without a shading_cost there are 8 candidates, hinted or not; without
+   a footprint there is no tile.
    curvature_radius is that of the largest ball that touches the surface at the entry, from inside
    or from outside, and holds no other surface: half the thickness of a leaf, the distance from an
    edge.
@@ -840,8 +843,7 @@ SSSI_FN float sssi_pole_chord(float z, float u) {
 }
 
 /* ---- Either profile. `dipole` equals m->dipole; it travels as an argument because a caller passes
-   the constant 0 or 1, so that the compiler makes two copies of a loop, each without this branch.
-   ---- */
+   the constant 0 or 1, so that the compiler makes two copies of a loop without a branch. ---- */
 
 SSSI_FN float sssi_unit_profile(const sss_medium *m, int dipole, int c, float r2) {
     return dipole ? sssi_dipole_unit(m, c, r2) : sssi_burley_unit(m->length[c], r2);
@@ -2532,6 +2534,7 @@ SSSI_FN void sssi_share_weights(const sss_medium *m, int count, float spacing, f
         for (l = 0; l < here; ++l) flat[i + l] = sssi_sound(scale[l] * (flat[i + l] / sum) * mass);
     }
 }
+
 SSSI_APART void sssi_share_one(const sss_exit *exit, const sss_entry *group, int count,
                                float spacing, float (*weight)[3]) {
     const sss_medium *m = group[0].medium;
@@ -2579,9 +2582,8 @@ static inline void sss_share(const sss_exit *exit, const sss_entry *group, int c
 /* The relative error of the flat profile against a walk through the volume, where the largest ball
    that touches the surface has this radius over the dmfp. 1 where nothing is known of the radius
    (0), 0 on a plane. Fitted to balls, slabs, cylinders, spheroids, edges and corners that are lit
-   from everywhere, from the front and from behind (demos/study/model_error.c): it exceeds a
-   tolerance unnoticed in 3 % of other cases, and asks for the walk where the profile would do in 13
-   %. */
+   from everywhere, from the front and from behind (demos/study/model_error.c). In 3 % of other
+   cases the error exceeds a tolerance unnoticed; in 13 % the walk is asked for without need. */
 SSSI_FN float sssi_profile_error(float albedo, float radius_over_dmfp) {
     float u = 0.75f * radius_over_dmfp / sssi_max(1.0f - albedo, 0.05f);
 
@@ -2606,11 +2608,12 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
 }
 
 /* The variance of M candidates is about V (1 + k / M). k is 2 where the light about the entry
-   varies, and some 12 where it does not: with hints, or where the medium is narrower than a pixel.
-   Channels that are all shared do with few candidates. What pays is the root of k times the cost of
-   shading and of the rest of the lookup, some two probes: here the power of two next to it. */
+   varies, and some 12 where it does not: with hints, or where the medium is too narrow for a tile.
+   Where all channels are shared few candidates do, as with k = 2. The best M is the root of k times
+   the cost, of shading and of the rest of the lookup, some two probes. The least power of two whose
+   square reaches half of that product is the nearest to it. */
 SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int tile) {
-    float cost = need->shading_cost + 2.0f;
+    float half = need->shading_cost + 2.0f;
     int is_calm = need->hinted || (need->footprint > 0.0f && tile == 0);
     int all_shared = tile != 0;
     int candidates = 2;
@@ -2618,15 +2621,15 @@ SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int 
 
     for (c = 0; c < 3; ++c)
         if (sssi_is_live(m, c) && !sss_is_shared(m, c, need->footprint)) all_shared = 0;
-    if (is_calm && !all_shared) cost *= 6.0f;
+    if (is_calm && !all_shared) half *= 6.0f;
 
-    while (2 * candidates <= SSS_MAX_CANDIDATES && (float)(candidates * candidates) < cost)
+    while (2 * candidates <= SSS_MAX_CANDIDATES && (float)(candidates * candidates) < half)
         candidates *= 2;
     return candidates;
 }
 
-/* Exits of its own for each colour take a third of the variance away where colours differ, and pay
-   while they cost no more than the probes. */
+/* An exit for each colour takes a third of the variance away where colours differ, and pays while
+   shading an exit costs no more than the lookup's probes. */
 SSSI_FN int sssi_plan_colours(const sss_medium *m, float cost, int candidates) {
     float shortest = SSSI_FLT_MAX, longest = 0.0f;
     int room = SSS_MAX_EXITS;

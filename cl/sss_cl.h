@@ -1,10 +1,16 @@
 // sss_cl.h - batches of lookups on OpenCL devices, for C99 programs. SPDX-License-Identifier: MIT
 //
+// clang-format off
 //     sss_cl cl;
 //     cl_kernel lookups;
-//     if (sss_cl_open(&cl, "opencl", 1, &text) != SSS_CL_OK) { fputs(cl.log, stderr);
-//     puts(cl.error); } else if ((lookups = sss_cl_kernel(&cl, "lookups"))) sss_cl_lookups(&cl,
-//     lookups, &batch, own, own_count); sss_cl_close(&cl);
+//     if (sss_cl_open(&cl, "opencl", 1, &text) != SSS_CL_OK) {
+//         fputs(cl.log, stderr);
+//         puts(cl.error);
+//     } else if ((lookups = sss_cl_kernel(&cl, "lookups"))) {
+//         sss_cl_lookups(&cl, lookups, &batch, own, own_count);
+//     }
+//     sss_cl_close(&cl);
+// clang-format on
 //
 // Build sss_cl.c into the program and link with -lOpenCL. The text of sss_resample.h is inside: no
 // file is read at run time. The kernels are the program's own, as only the program knows how its
@@ -91,8 +97,8 @@ typedef struct sss_cl_batch {
 } sss_cl_batch;
 
 // Runs the batch through a kernel whose parameters begin with
-//     uint entries, uint room, __global const sss_vec3 *positions, __global const sss_vec3
-//     *normals,
+//     uint entries, uint room,
+//     __global const sss_vec3 *positions, __global const sss_vec3 *normals,
 //     __global const uint *seeds, __global int *counts, __global sss_exit *exits
 // and end with `count` of the program's own. The global size is rounded up to whole work-groups.
 sss_cl_result sss_cl_lookups(sss_cl *cl, cl_kernel kernel, const sss_cl_batch *batch,

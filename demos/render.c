@@ -800,9 +800,10 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
              plan->candidates ? plan->candidates : 8, plan->per_channel ? " for each colour" : "");
     image_text(&sheet, font, line, 22.0f, margin, print_top, 90);
     snprintf(line, sizeof line,
-             "Shared: one of %d, and each exit serves a tile of %d x %d pixels. Error: root mean "
+             "Shared: one of %d%s, and each exit serves a tile of %d x %d pixels. Error: root mean "
              "square, relative.",
-             shared->candidates ? shared->candidates : 8, tracer_tile_side(runs[SHARED].settings),
+             shared->candidates ? shared->candidates : 8,
+             shared->per_channel ? " for each colour" : "", tracer_tile_side(runs[SHARED].settings),
              tracer_tile_side(runs[SHARED].settings));
     image_text(&sheet, font, line, 22.0f, margin, print_top + 28, 90);
     const char *wrong = file_write_png(o->png, &sheet);

@@ -22,8 +22,8 @@ static float fresnel(float cosine, float eta) {
     return 0.5f * (s * s + p * p);
 }
 
-/* 1 - 2 * the first moment of that reflectance, for eta > 1 (Walsh 1926). Once for each material.
-   */
+/* 1 - 2 * the first moment of that reflectance, for eta > 1 (Walsh 1926). Once for each
+   material. */
 static float mean_transmittance(double n) {
     double n2 = n * n, n4 = n2 * n2;
     double reflected =

@@ -43,8 +43,8 @@ static inline float distance(sss_vec3 a, sss_vec3 b) {
 static inline sss_vec3 entry_position(void) { return vec(0.3f, 0.1f, 0.0f); }
 static inline sss_vec3 entry_normal(void) { return vec(0.0f, 0.0f, 1.0f); }
 
-/* Corner k (0..2) of triangle i (0..11): the slab has its top at z = 0, the plate is right below.
-   */
+/* Corner k (0..2) of triangle i (0..11): the slab has its top at z = 0, the plate is right
+   below. */
 static inline sss_vec3 corner(int object, int i, int k) {
     /* The faces' corners, counter-clockwise seen from outside; the bits of a digit are x, y, z. */
     static const char *const box[6] = {"0231", "4576", "0154", "2673", "0462", "1375"};

@@ -129,8 +129,8 @@ static inline double st_relative_variance(const st_stat *s) {
     return st_variance(s) / (s->mean * s->mean);
 }
 
-/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash. Thread-safe.
- */
+/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash.
+   Thread-safe. */
 static inline double st_random(uint64_t counter) {
     uint64_t z = (counter + 1u) * UINT64_C(0x9e3779b97f4a7c15);
     z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -445,8 +445,7 @@ static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *
 
 /* ---- Integrals over the surfaces. A face is a plane, strip or sphere in polar coordinates (s,
    psi) about the point nearest to the entry, with area s ds dpsi; a strip holds only u = s cos(psi)
-   <= high and >= -low.
-   ---- */
+   <= high and >= -low. ---- */
 typedef double st_function(st_vec local, st_vec normal, const void *context);
 
 static inline void st_face_point(const st_fixture *f, int face, double s, double psi, st_vec *y,
@@ -585,8 +584,7 @@ static inline double st_closed_form(const st_fixture *f) {
 
 /* ---- One lookup on a fixture. hint: NULL, or a guess of the light at `local` (the position as the
    header sees it) for hit number `index` of lookup `seed`. Returns the number of exits. Thread-safe
-   if hint is. ----
- */
+   if hint is. ---- */
 typedef float st_hint(st_vec local, uint32_t seed, int index);
 static inline int st_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                             uint32_t seed, st_hint *hint, sss_exit *exits) {

@@ -196,8 +196,7 @@ static void masses_are_sums_over_channels(void **state) {
         colours m;
         uint32_t seed;
 
-        /* A face at the depth of the sphere technique's point: there hits are left out by design.
-         */
+        /* A face at the depth of the sphere technique's point: hits there are left out. */
         if (f.kind == ST_SLAB) f.size = 0.83;
         make_colours(k / 27, albedo, lengths[k / 9 % 3], &m);
         for (seed = 0; seed < 60u; ++seed) {

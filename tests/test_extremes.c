@@ -4,8 +4,8 @@
    is noisier than the target of all channels makes it. (Identical picks at scales 2^-40 to 2^40:
    test_invariance.c. No NaN, no infinity, the bound: test_fuzz.c.)
 
-   On a plane at E = 1 the integral is the albedo. Comparisons of means: 162. At |z| < 5.0 the
-   chance that a correct header fails here is 162 * 5.7e-7 = 1e-4. The least sharp sees a bias
+   On a plane at E = 1 the integral is the albedo. Comparisons of means: 192. At |z| < 5.0 the
+   chance that a correct header fails here is 192 * 5.7e-7 = 1e-4. The least sharp sees a bias
    of 1.3 % every other time and one of 2 % always; in make test, which takes a quarter of the
    lookups, twice that. */
 #include "sss_test.h"
@@ -16,7 +16,7 @@
 static const sss_plan standard = {0, 0, 0u, 0, 0, 0};
 static int measured = 0;
 
-/* What is lit, and what the lookups are told of it; NULL: nothing. */
+/* What is lit, and what hint the lookups get; NULL: none. */
 typedef struct lighting {
     st_light *light;
     st_hint *hint;
@@ -209,17 +209,17 @@ static void many_and_few(void **state) {
 }
 
 /* ---- Light that vanishes: the half plane x > 0 is bright. A hint of 0 drops a hit, which is exact
-   where no light comes; where light comes it is lost, and a comparison with the truth sees it. ----
- */
+   where no light comes; where light comes it is lost, and a comparison with the truth sees
+   it. ---- */
 static double half_lit(st_vec y) { return y.x > 0.0 ? 1.0 : 0.0; }
 static double mostly_lit(st_vec y) { return y.x > 0.0 ? 1000.0 : 1.0; }
-static float told_right(st_vec y, uint32_t seed, int i) {
+static float hint_right(st_vec y, uint32_t seed, int i) {
     return (void)seed, (void)i, y.x > 0.0 ? 1.0f : 0.0f;
 }
-static float told_wrong(st_vec y, uint32_t seed, int i) {
+static float hint_wrong(st_vec y, uint32_t seed, int i) {
     return (void)seed, (void)i, y.x > 0.0 ? 0.0f : 1.0f;
 }
-static float told_nothing(st_vec y, uint32_t seed, int i) {
+static float hint_nothing(st_vec y, uint32_t seed, int i) {
     return (void)y, (void)seed, (void)i, 0.0f;
 }
 
@@ -228,11 +228,11 @@ static void light_that_vanishes(void **state) {
         const char *name;
         lighting lighting;
         double expected, truth; // of an albedo of 1
-    } cases[] = {{"0 on the dark half", {half_lit, told_right}, 0.5, 0.5},
-                 {"0 on a lit half", {st_light_one, told_wrong}, 0.5, 1.0},
-                 {"0 on the bright half", {mostly_lit, told_wrong}, 0.5, 500.5},
-                 {"0 on all that is lit", {half_lit, told_wrong}, 0.0, 0.5},
-                 {"0 on all", {st_light_one, told_nothing}, 0.0, 1.0}};
+    } cases[] = {{"0 on the dark half", {half_lit, hint_right}, 0.5, 0.5},
+                 {"0 on a lit half", {st_light_one, hint_wrong}, 0.5, 1.0},
+                 {"0 on the bright half", {mostly_lit, hint_wrong}, 0.5, 500.5},
+                 {"0 on all that is lit", {half_lit, hint_wrong}, 0.0, 0.5},
+                 {"0 on all", {st_light_one, hint_nothing}, 0.0, 1.0}};
     const st_fixture plane = st_standard(ST_PLANE, st_stay());
     int type, i, exits;
     (void)state;

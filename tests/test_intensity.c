@@ -4,8 +4,7 @@
    sss_intensity over each.
 
    Comparisons: 368. At |z| < 5.2 the chance that a correct header fails somewhere in this file is
-   340
-   * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5 or more,
+   368 * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5 or more,
    one that is hit by 10 % at z = 7.7; st_report prints the bias that lifts the rarest to the limit.
    A Jacobian or an axis that is left out changes some place by 20 % or more. */
 #include "sss_test.h"
@@ -205,9 +204,8 @@ static void check_config(const config *k, uint32_t name) {
     double expected[PLACES];
     uint32_t lookups = (uint32_t)(st_samples(PROBES) / BLOCKS / k->candidates);
     int b, i;
-    /* Far from the origin rounded positions would fall on the entry itself, where the intensity has
-     * a pole.
-     */
+    /* Far from the origin rounded positions would fall on the entry, where the intensity has a
+       pole. */
     st_frame frame = st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(0.023, -0.017, 0.011));
     surfaces[0] = st_standard(ST_PLANE, frame);
     surfaces[1] = st_standard(ST_SPHERE, frame);
@@ -246,8 +244,7 @@ static void intensity_is_hits_per_area(void **state) {
 
 /* Closed forms on the plane, one live channel at d = 1: a disk meets it once but for the cut tail,
    half of the chords do, and a line through a point at depth h does inside the ball but for h /
-   sqrt(r_max^2 + h^2).
- */
+   sqrt(r_max^2 + h^2). */
 typedef struct total_context {
     sss_resampler s;
     st_frame frame;

@@ -178,8 +178,8 @@ static void edges_count_once(void **state) {
 }
 
 /* A sheet 2^-20 of its width thick, whose two sides float32 can just tell apart, has two sides
-   everywhere; and where two faces meet at an edge of next to no angle, both count up to the edge.
- */
+   everywhere; and where two faces meet at an edge of next to no angle, both count up to the
+   edge. */
 static void thin_parts_have_two_sides(void **state) {
     mesh_world w;
     mesh_hits hits = {0, 0, NULL};

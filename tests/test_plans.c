@@ -5,8 +5,8 @@
    At |z| < 5.2 (one-sided for the ratios) the chance that a correct header fails somewhere in this
    file is 456 * 2.0e-7 = 9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z
    of 7.5 or more. A share of the probes that is wrong by 3 %, a cell that is wrong by 4 % and a
-   stratified variance 8 % above the independent one are seen, in make test one that is 16 % above.
- */
+   stratified variance 8 % above the independent one are seen, in make test one that is 16 %
+   above. */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2
@@ -92,8 +92,7 @@ static void stratified_and_independent_agree(void **state) {
 }
 
 /* ---- No bias: counts that fall to zero, strata that are no power of two, exits that share the
- * probes ----
- */
+   probes ---- */
 static void no_bias(const st_fixture *f, const sss_medium *m, const sss_plan *plan, double truth,
                     uint32_t name) {
     sample got = run(f, m, plan, st_light_one, name, st_samples(4000000) / (plan->candidates + 1));

@@ -544,7 +544,6 @@ static void mass_is_what_the_reservoir_holds(void **state) {
 /* ---- Bits ---- */
 static int same_bits(float a, float b) { return sssi_bits(a) == sssi_bits(b); }
 
-
 /* The medium of an entry, 2^k larger. Lengths are made again by the same constructors. */
 static void scaled_medium(int type, int k, sss_medium *m) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f};

@@ -1,8 +1,12 @@
 // pfm.c - questions about the float pictures (PFM) that render writes. SPDX-License-Identifier: MIT
 //
-//     pfm check FILE W H    exit code 0 if it is a colour PFM of this size, all finite and not all
-//     black pfm mean FILE         the same for any size, and the mean of each channel pfm same A B
-//     exit code 0 if the pictures differ as little as 64 additions of floats allow
+// clang-format off
+//     pfm check FILE W H   exit code 0 if it is a colour PFM of this size, all finite
+//                          and not all black
+//     pfm mean FILE        the same for any size, and the mean of each channel
+//     pfm same A B         exit code 0 if the pictures differ as little as 64 additions
+//                          of floats allow
+// clang-format on
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

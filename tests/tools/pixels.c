@@ -1,12 +1,16 @@
 // pixels.c - questions about pictures. Reads PNG, and the screen as Xvfb keeps it in a file (XWD: a
 // header of big endian words, then rows of blue, green, red, unused). SPDX-License-Identifier: MIT
 //
-//     pixels size A                   its size as WxH
-//     pixels bright A [X Y W H]       how many pixels of the rectangle are nearly white
-//     pixels differ A B [X Y W H]     how many of 10000 pixels differ by more than 24 of 255 in
-//     some channel pixels extent A [X Y W H]       where pixels differ from the rectangle's first
-//     one, as X0 Y0 X1 Y1 pixels bytes A B                how many of a million bytes differ, and
-//     by how much the worst of them does
+// clang-format off
+//     pixels size A                 its size as WxH
+//     pixels bright A [X Y W H]     how many pixels of the rectangle are nearly white
+//     pixels differ A B [X Y W H]   how many of 10000 pixels differ by more than 24 of 255
+//                                   in some channel
+//     pixels extent A [X Y W H]     where pixels differ from the rectangle's first one,
+//                                   as X0 Y0 X1 Y1
+//     pixels bytes A B              how many of a million bytes differ, and by how much the
+//                                   worst of them does
+// clang-format on
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
