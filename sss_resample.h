@@ -536,8 +536,9 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
 
 /* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
    than 1e-20, and nothing of the others over- or underflows. */
-#define SSSI_TINY 1e-36f
-#define SSSI_HUGE 1e20f
+#define SSSI_FAINT 1e-32f /* least target: what underflows in it is below 1e-5 of it */
+#define SSSI_TINY  1e-36f /* least weight */
+#define SSSI_HUGE  1e20f  /* largest weight */
 
 #define SSSI_POLE_MIN 1e-25f         /* square of a distance: its power 3/2 is a normal float */
 #define SSSI_HINT_MIN 9.3132257e-10f /* 2^-30 */
@@ -2015,7 +2016,7 @@ SSSI_FN void sssi_collect(sss_resampler *s, int reservoir, float p, sssi_chance 
     int i;
 
     /* This is false for NaN too. */
-    if (!(c->target >= SSSI_TINY && w >= SSSI_TINY && p <= SSSI_HUGE)) return;
+    if (!(c->target >= SSSI_FAINT && w >= SSSI_TINY && p <= SSSI_HUGE)) return;
 
     s->reservoir[0].plain += reservoir == 0 ? p : 0.0f;
     if (!s->per_channel) {

@@ -39,14 +39,14 @@ static void test_corpus(void **state) {
 }
 
 // Media are numbered; their four bytes are all that fuzz_one is given.
-static void fuzz(int flush, int media) {
-    int i, worst = media;
+static void fuzz(int flush, int first_medium, int media) {
+    int i, end = first_medium + media, worst = end;
     const char *first = NULL;
 #pragma omp parallel
     {
         st_flush_denormals(flush);
 #pragma omp for schedule(dynamic, 256)
-        for (i = 0; i < media; ++i) {
+        for (i = first_medium; i < end; ++i) {
             uint8_t data[4];
             const char *wrong;
             int k;
@@ -63,13 +63,14 @@ static void fuzz(int flush, int media) {
 
 static void test_random(void **state) {
     (void)state;
-    fuzz(0, media_each);
+    fuzz(0, 0, media_each);
 }
 
 static void test_random_flushed(void **state) {
     (void)state;
     if (!ST_CAN_FLUSH) skip();
-    fuzz(1, media_flushed);
+    fuzz(1, 0, media_flushed);
+    fuzz(1, 35371, 1); // a faint hit, beside which another channel's profile is nearly flushed
 }
 
 int main(int count, char **words) {

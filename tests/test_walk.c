@@ -164,8 +164,7 @@ static void half_space_has_its_albedo(void **state) {
     int i;
 
     (void)state;
-    for (i = step - 1; i < 20; i += step)
-        check_albedo(albedos[i], aim, 2e-4 + 4.4 * aim);
+    for (i = step - 1; i < 20; i += step) check_albedo(albedos[i], aim, 2e-4 + 4.4 * aim);
 }
 
 /* All constructors give a volume: its half space has the medium's albedo, also if the channels
