@@ -2614,7 +2614,7 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
    the cost, of shading and of the rest of the lookup, some two probes. The least power of two whose
    square reaches half of that product is the nearest to it. */
 SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int tile) {
-    float half = need->shading_cost + 2.0f;
+    float worth = need->shading_cost + 2.0f;
     int is_calm = need->hinted || (need->footprint > 0.0f && tile == 0);
     int all_shared = tile != 0;
     int candidates = 2;
@@ -2622,9 +2622,9 @@ SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int 
 
     for (c = 0; c < 3; ++c)
         if (sssi_is_live(m, c) && !sss_is_shared(m, c, need->footprint)) all_shared = 0;
-    if (is_calm && !all_shared) half *= 6.0f;
+    if (is_calm && !all_shared) worth *= 6.0f;
 
-    while (2 * candidates <= SSS_MAX_CANDIDATES && (float)(candidates * candidates) < half)
+    while (2 * candidates <= SSS_MAX_CANDIDATES && (float)(candidates * candidates) < worth)
         candidates *= 2;
     return candidates;
 }
