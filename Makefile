@@ -49,7 +49,7 @@ help:
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make pictures      make the pictures of the README anew'
-	@echo 'make test          build the tests and run them, about two minutes each; T=contract runs that one alone'
+	@echo 'make test          build the tests and run them, 4 to 5 minutes; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
