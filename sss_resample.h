@@ -150,6 +150,9 @@
 #pragma float_control(push)
 #pragma float_control(precise, on)
 #pragma clang fp contract(off) reassociate(off)
+#define SSSI_END_OF_MATHS _Pragma("float_control(pop)")
+#else
+#define SSSI_END_OF_MATHS
 #endif
 
 #if SSSI_OPENCL
@@ -2680,8 +2683,6 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     return plan;
 }
 
-#if defined(__clang__) && !defined(__wasm__) && !SSSI_OPENCL
-#pragma float_control(pop)
-#endif
+SSSI_END_OF_MATHS
 
 #endif /* SSS_RESAMPLE_H */
