@@ -147,14 +147,7 @@ int main(int argc, char **argv) {
     }
 
     tracer_settings settings;
-    torus_make(&world);
-    torus_scene(&world);
-    memset(&settings, 0, sizeof settings);
-    settings.method = TRACER_RESAMPLED;
-    settings.width = settings.height = SIDE;
-    for (int i = 0; i < SIDE * SIDE; i++)
-        mask[i] = (unsigned char)torus_fills(&world, SIDE, i % SIDE, i / SIDE);
-    float footprint = tracer_footprint(&world.s, settings, scene_vec(0.0f, 0.0f, 0.0f));
+    float footprint = torus_begin(&world, SIDE, &settings, mask);
 
     printf("body,method,hinted,tolerance,seconds,error_1,error_4,error_16,error_64,error_256,"
            "unsure\n");

@@ -58,14 +58,7 @@ int main(void) {
                                       part[3] = {1.0f, 0.4f, 0.17f};
     static const float colours[3] = {0.93f, 0.42f, 0.14f}, grey[3] = {0.5f, 0.5f, 0.5f};
     tracer_settings settings;
-    torus_make(&world);
-    torus_scene(&world);
-    memset(&settings, 0, sizeof settings);
-    settings.method = TRACER_RESAMPLED;
-    settings.width = settings.height = SIDE;
-    for (int i = 0; i < SIDE * SIDE; i++)
-        mask[i] = (unsigned char)torus_fills(&world, SIDE, i % SIDE, i / SIDE);
-    float pixel = tracer_footprint(&world.s, settings, scene_vec(0.0f, 0.0f, 0.0f));
+    float pixel = torus_begin(&world, SIDE, &settings, mask);
 
     printf("%u triangles, %d samples a pixel; error over the default's in equal time\n",
            world.m.triangles, 2 * SPP);

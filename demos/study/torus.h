@@ -58,6 +58,20 @@ static int torus_fills(const mesh_world *world, int side, int x, int y) {
     return 1;
 }
 
+// A square picture of the torus, and which of its pixels show nothing but the object. Returns the
+// width of a pixel there.
+static float torus_begin(mesh_world *world, int side, tracer_settings *settings,
+                         unsigned char *mask) {
+    torus_make(world);
+    torus_scene(world);
+    memset(settings, 0, sizeof *settings);
+    settings->method = TRACER_RESAMPLED;
+    settings->width = settings->height = side;
+    for (int i = 0; i < side * side; i++)
+        mask[i] = (unsigned char)torus_fills(world, side, i % side, i / side);
+    return tracer_footprint(&world->s, *settings, scene_vec(0.0f, 0.0f, 0.0f));
+}
+
 // Adds one sample to each pixel of a square picture.
 static void torus_add_sample(const mesh_world *world, tracer_settings settings, uint32_t sample,
                              mesh_hits *hits, float *rgb) {
