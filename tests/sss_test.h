@@ -90,15 +90,15 @@ static inline int st_report(void **state) {
     return 0;
 }
 
-/* The costly statistics take a quarter of the samples in make test, and all in make test-long, make
-   test-mutants and with SSS_TEST_LONG=1: standard errors are twice as large in the former, and
-   false alarms as rare. */
+/* The costly statistics take an eighth of the samples in make test, and all in make test-long, make
+   test-mutants and with SSS_TEST_LONG=1: standard errors are sqrt(8) times as large in the former,
+   and false alarms as rare. */
 static inline int st_is_long(void) {
     const char *wish = getenv("SSS_TEST_LONG");
     return wish && strcmp(wish, "1") == 0;
 }
-static inline int st_samples(int all) { return st_is_long() ? all : all / 4; }
-static inline double st_bluntness(void) { return st_is_long() ? 1.0 : 2.0; }
+static inline int st_samples(int all) { return st_is_long() ? all : all / 8; }
+static inline double st_bluntness(void) { return st_is_long() ? 1.0 : sqrt(8.0); }
 
 /* ---- Running mean and variance (Welford; merging by Chan). Thread-safe: give each block of
    samples its own and merge the blocks in order, then the result does not depend on the number of

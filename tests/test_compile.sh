@@ -179,9 +179,7 @@ check_objects gcc
 check "gcc -O0 computes: $reference" grep -qE '^[0-9a-f]{8} over [0-9]{6,} numbers$' <<<"$reference"
 check_bits <<END
 gcc c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math
-gcc c -std=c99 -O2 -DSSS_LANES=1
 clang c -std=c99 -O2 -DSSS_LANES=1
-clang c -std=c99 -O3 -march=native -ffast-math -fno-finite-math-only
 clang++ c++ -std=c++11 -O3 -march=native
 END
 check_refusals gcc "-ffast-math -freciprocal-math"
@@ -199,6 +197,7 @@ gcc c -std=c99 -O2 -fno-math-errno -fno-trapping-math
 gcc c -std=c99 -O3
 gcc c -std=c99 -O3 -march=native
 gcc c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math -DSSS_LANES=3
+gcc c -std=c99 -O2 -DSSS_LANES=1
 clang c -std=c99 -O0
 clang c -std=c99 -O1
 clang c -std=c99 -O2
@@ -206,6 +205,7 @@ clang c -std=c99 -O2 -fno-math-errno -fno-trapping-math
 clang c -std=c99 -O3
 clang c -std=c99 -O3 -march=native
 clang c -std=c99 -O3 -march=native -fno-math-errno -fno-trapping-math
+clang c -std=c99 -O3 -march=native -ffast-math -fno-finite-math-only
 clang c -std=c99 -O3 -march=native -funsafe-math-optimizations
 clang c -std=c99 -O3 -march=native -fassociative-math -fno-signed-zeros -fno-trapping-math
 clang c -std=c99 -O3 -march=native -freciprocal-math

@@ -502,10 +502,9 @@ static moments lookups(const entry *e, uint32_t stream) {
 #pragma omp parallel
     {
         mesh_hits hits = {0, 0, NULL};
-#pragma omp for schedule(dynamic)
-        for (int b = 0; b < count / BLOCK; ++b)
-            for (int i = b * BLOCK; i < (b + 1) * BLOCK; ++i)
-                one_lookup(e, sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)i), &hits, value[i]);
+#pragma omp for schedule(dynamic, BLOCK)
+        for (int i = 0; i < count; ++i)
+            one_lookup(e, sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)i), &hits, value[i]);
         free(hits.hit);
     }
     for (int c = 0; c < 3; ++c) {
