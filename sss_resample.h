@@ -643,10 +643,9 @@ SSSI_FN float sssi_longest(sss_vec3 v) {
 /* Unit length from any length; 0, and NaNs, from a zero or infinite vector or one with a NaN. */
 SSSI_FN int sssi_normalize(sss_vec3 *v) {
     float m = sssi_longest(*v);
-    float length;
 
     *v = sssi_vec3(v->x / m, v->y / m, v->z / m);
-    length = SSSI_SQRT(sssi_dot(*v, *v));
+    float length = SSSI_SQRT(sssi_dot(*v, *v));
     *v = sssi_vec3(v->x / length, v->y / length, v->z / length);
     return length > 0.0f;
 }
@@ -801,10 +800,9 @@ SSSI_FN float sssi_dipole_tail(const sss_medium *m, int c, float r) {
 SSSI_FN float sssi_dipole_head(const sss_medium *m, int c, float r) {
     float s = m->sigma[c];
     float poles[2], waves[2];
-    int i;
 
     /* With l = d_z - z, what is within comes from e^(-s z) (1 - e^(-s l) z / d_z). */
-    for (i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i) {
         float z = i ? m->zv[c] : m->length[c];
         float dz = SSSI_SQRT(r * r + z * z);
         float l = r * (r / (dz + z));
@@ -883,17 +881,14 @@ SSSI_FN float sssi_pole_draw(float z, int all, int chord, float u) {
 }
 SSSI_FN float sssi_draw_radius(const sssi_lengths *of, int dipole, int all, int chord, float part,
                                float u) {
-    int i, is_pole;
-    float z, pole, wave;
-
     if (!dipole) return sssi_burley_draw(of->length, all, chord, part, u);
 
     /* The first two of four parts are the poles; without sigma_tr there are no others. */
-    i = sssi_class(&part, of->sigma > 0.0f ? 4 : 2);
-    is_pole = i < 2;
-    z = i > 0 ? of->zv : of->length;
-    pole = all || is_pole ? sssi_pole_draw(z, all, chord, u) : 0.0f;
-    wave =
+    int i = sssi_class(&part, of->sigma > 0.0f ? 4 : 2);
+    int is_pole = i < 2;
+    float z = i > 0 ? of->zv : of->length;
+    float pole = all || is_pole ? sssi_pole_draw(z, all, chord, u) : 0.0f;
+    float wave =
         all || !is_pole ? sssi_burley_draw(1.0f / (3.0f * of->sigma), all, chord, part, u) : 0.0f;
     return is_pole ? pole : wave;
 }
@@ -915,11 +910,10 @@ static inline SSSI_TEXT sss_result_string(sss_result result) {
 
 SSSI_FN sss_medium sssi_black(int dipole) {
     sss_medium m;
-    int c;
 
     m.dipole = dipole;
     m.r_max = 0.0f;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         m.albedo[c] = m.length[c] = m.zv[c] = m.sigma[c] = m.flux[c] = m.fluence[c] = 0.0f;
         m.extinction[c] = m.similarity[c] = 0.0f;
     }
@@ -931,16 +925,12 @@ SSSI_FN int sssi_is_live(const sss_medium *m, int c) {
 
 SSSI_FN int sssi_in_range(float x) { return x == 0.0f || (x >= 1e-12f && x <= 1e12f); }
 SSSI_FN sss_result sssi_check_albedo(const float *albedo) {
-    int c;
-
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (!(albedo[c] >= 0.0f && albedo[c] <= 1.0f)) return SSS_BAD_ALBEDO;
     return SSS_OK;
 }
 SSSI_FN sss_result sssi_check_lengths(const float *a) {
-    int c;
-
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (!sssi_in_range(a[c])) return SSS_BAD_LENGTH;
     return SSS_OK;
 }
@@ -954,9 +944,8 @@ SSSI_FN sss_result sssi_check_eta(float eta) {
    small cubic term that is a quadratic equation; its root is put in, and solved again. */
 SSSI_FN float sssi_similarity(float lack) {
     float s = lack;
-    int i;
 
-    for (i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i) {
         float a = 1.06655746f - 0.00319767f * s - 0.6802289f * lack;
         float b = 2.30943255f - 1.69256344f * lack;
 
@@ -980,9 +969,7 @@ SSSI_FN void sssi_set_volume(sss_medium *m, int c, float lack, float dmfp) {
 /* The last step of every constructor: channels too narrow for float coordinates beside the widest
    one become Lambert. */
 SSSI_FN void sssi_drop_narrow(sss_medium *m) {
-    int c;
-
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (m->length[c] < SSSI_NARROW * m->r_max) m->length[c] = 0.0f;
 }
 
@@ -990,13 +977,12 @@ SSSI_FN void sssi_drop_narrow(sss_medium *m) {
 SSSI_FN sss_result sssi_make_burley(sss_medium *m, const float *albedo, const float *path,
                                     int is_mfp) {
     sss_result result = sssi_check_albedo(albedo);
-    int c;
 
     *m = sssi_black(0);
     if (result == SSS_OK) result = sssi_check_lengths(path);
     if (result != SSS_OK) return result;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float scale = is_mfp ? sssi_burley_mfp_scale(albedo[c]) : sssi_burley_scale(albedo[c]);
 
         m->albedo[c] = albedo[c];
@@ -1036,12 +1022,8 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n2 = (n - 1.0f) * (n + 1.0f);
     int inside_is_dense = eta > 1.0f;
     float part1[SSSI_NODES], part2[SSSI_NODES];
-    float four1[SSSI_FOUR], four2[SSSI_FOUR];
-    float c1, c2;
-    sssi_boundary b;
-    int i, l;
 
-    for (i = 0; i < SSSI_NODES; ++i) {
+    for (int i = 0; i < SSSI_NODES; ++i) {
         float x = ((float)i + 0.5f) / SSSI_NODES;
         float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
         float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
@@ -1055,16 +1037,17 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     }
 
     /* Sums of every fourth, then of those: they keep more digits, and run side by side. */
-    for (l = 0; l < SSSI_FOUR; ++l) {
+    float four1[SSSI_FOUR], four2[SSSI_FOUR];
+    for (int l = 0; l < SSSI_FOUR; ++l) {
         four1[l] = part1[l];
         four2[l] = part2[l];
-        for (i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
+        for (int i = l + SSSI_FOUR; i < SSSI_NODES; i += SSSI_FOUR) {
             four1[l] += part1[i];
             four2[l] += part2[i];
         }
     }
-    c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
-    c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
+    float c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
+    float c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
     /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
        angle. */
@@ -1074,6 +1057,8 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
         c1 = c1 / (n * n) + critical / 2;
         c2 = c2 / (n * n) + critical * SSSI_SQRT(critical) / 3;
     }
+
+    sssi_boundary b;
     b.better = better;
     b.a = (1.0f + (better ? 3.0f * c2 : 2.0f * c1)) / (1.0f - 2.0f * c1);
     b.flux = better ? 0.5f * (1.0f - 3.0f * c2) : 1.0f;
@@ -1100,22 +1085,22 @@ SSSI_FN sssi_shape sssi_make_shape(sssi_boundary b, float x) {
     float alpha = 1.0f / (1.0f + x * x);
     float lost = x * x / (1.0f + x * x);
     float wave_part = 1.0f - b.flux;
-    float front, dark, t, er, ev;
     sssi_shape h;
 
     h.sigma = SSSI_SQRT(b.better ? 3.0f * lost / (1.0f + lost) : 3.0f * lost);
     h.depth = 4.0f / 3 * b.a * (b.better ? 1.0f + lost : 1.0f);
 
     /* e^(-s z) - 1 of the real and the virtual source. */
-    t = h.sigma * h.depth;
-    er = sssi_expm1(-h.sigma);
-    ev = sssi_expm1(-h.sigma - t);
+    float t = h.sigma * h.depth;
+    float er = sssi_expm1(-h.sigma);
+    float ev = sssi_expm1(-h.sigma - t);
 
     /* The core, and 1 - core without its cancellation. */
     h.core = b.flux * (1.0f + 0.5f * (er + ev)) + wave_part * (1.0f + er) * sssi_mean_exp(t);
-    dark = -0.5f * b.flux * (er + ev) + wave_part * ((1.0f + er) * sssi_lack_of_mean_exp(t) - er);
+    float dark =
+        -0.5f * b.flux * (er + ev) + wave_part * ((1.0f + er) * sssi_lack_of_mean_exp(t) - er);
 
-    front = b.better ? alpha * alpha : alpha;
+    float front = b.better ? alpha * alpha : alpha;
     h.total = front * h.core;
     h.lack = (b.better ? lost * (2.0f - lost) : lost) + front * dark;
     return h;
@@ -1151,12 +1136,11 @@ SSSI_FN float sssi_better_r_max(const sss_medium *m, int c, float r) {
 }
 SSSI_FN void sssi_finish_dipole(sss_medium *m) {
     float r[SSSI_FOUR];
-    int i, l;
 
-    for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_guess_r_max(m, sssi_channel_of(l));
-    for (i = 0; i < 3; ++i)
-        for (l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_better_r_max(m, sssi_channel_of(l), r[l]);
-    for (l = 0; l < 3; ++l)
+    for (int l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_guess_r_max(m, sssi_channel_of(l));
+    for (int i = 0; i < 3; ++i)
+        for (int l = 0; l < SSSI_FOUR; ++l) r[l] = sssi_better_r_max(m, sssi_channel_of(l), r[l]);
+    for (int l = 0; l < 3; ++l)
         if (sssi_is_live(m, l)) m->r_max = sssi_max(m->r_max, r[l]);
     sssi_drop_narrow(m);
 }
@@ -1164,16 +1148,14 @@ SSSI_FN void sssi_finish_dipole(sss_medium *m) {
 SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, const float *sigma_s,
                                        float eta, int better) {
     sss_result result = sssi_check_lengths(sigma_a);
-    sssi_boundary b;
-    int c;
 
     *m = sssi_black(1);
     if (result == SSS_OK) result = sssi_check_lengths(sigma_s);
     if (result == SSS_OK) result = sssi_check_eta(eta);
     if (result != SSS_OK) return result;
 
-    b = sssi_make_boundary(eta, better);
-    for (c = 0; c < 3; ++c) {
+    sssi_boundary b = sssi_make_boundary(eta, better);
+    for (int c = 0; c < 3; ++c) {
         if (sigma_s[c] > 0.0f) {
             float x = SSSI_SQRT(sigma_a[c] / sigma_s[c]);
             sssi_shape h = sssi_make_shape(b, x);
@@ -1220,12 +1202,11 @@ SSSI_FN float sssi_shape_odds(sssi_boundary b, float log_x) {
 SSSI_FN void sssi_miss_of(sssi_boundary b, int better, const float *y, const float *wanted,
                           float *miss) {
     float from[SSSI_FOUR], odds[SSSI_FOUR];
-    int l;
 
     b.better = better;
-    for (l = 0; l < SSSI_FOUR; ++l) from[l] = y[l];
-    for (l = 0; l < SSSI_FOUR; ++l) odds[l] = sssi_shape_odds(b, from[l]);
-    for (l = 0; l < SSSI_FOUR; ++l) miss[l] = odds[l] - wanted[l];
+    for (int l = 0; l < SSSI_FOUR; ++l) from[l] = y[l];
+    for (int l = 0; l < SSSI_FOUR; ++l) odds[l] = sssi_shape_odds(b, from[l]);
+    for (int l = 0; l < SSSI_FOUR; ++l) miss[l] = odds[l] - wanted[l];
 }
 SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *wanted,
                           float *miss) {
@@ -1236,8 +1217,7 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
 /* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
    of them. */
 typedef struct sssi_secant {
-    float y[SSSI_FOUR],
-        miss[SSSI_FOUR]; /* the point of the step before, and how far its odds are off */
+    float y[SSSI_FOUR], miss[SSSI_FOUR];   /* the step before, and how far its odds are off */
     float low[SSSI_FOUR], high[SSSI_FOUR]; /* bounds */
 } sssi_secant;
 
@@ -1260,9 +1240,8 @@ SSSI_FN float sssi_secant_step(sssi_secant *k, int l, float y, float miss) {
 SSSI_FN void sssi_invert_shapes(sssi_boundary b, const float *albedo, float *y) {
     float wanted[SSSI_FOUR], step = 1.0f;
     sssi_secant k;
-    int i, l;
 
-    for (l = 0; l < SSSI_FOUR; ++l) {
+    for (int l = 0; l < SSSI_FOUR; ++l) {
         float lack = 1.0f - albedo[l];
 
         wanted[l] = sssi_log(albedo[l] / lack);
@@ -1274,12 +1253,12 @@ SSSI_FN void sssi_invert_shapes(sssi_boundary b, const float *albedo, float *y) 
     sssi_miss(&b, k.y, wanted, k.miss);
 
     /* Four steps do for an eta up to 1.5. A step of 2e-4 leaves an error of less than 1e-6. */
-    for (i = 0; i < 24 && step > 2e-4f; ++i) {
+    for (int i = 0; i < 24 && step > 2e-4f; ++i) {
         float miss[SSSI_FOUR];
 
         sssi_miss(&b, y, wanted, miss);
         step = 0.0f;
-        for (l = 0; l < SSSI_FOUR; ++l) {
+        for (int l = 0; l < SSSI_FOUR; ++l) {
             float next = sssi_secant_step(&k, l, y[l], miss[l]);
 
             step = sssi_max(step, SSSI_FABS(next - y[l]));
@@ -1290,10 +1269,6 @@ SSSI_FN void sssi_invert_shapes(sssi_boundary b, const float *albedo, float *y) 
 SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, const float *dmfp,
                                          float eta, int better) {
     sss_result result = sssi_check_albedo(albedo);
-    float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
-    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
-    sssi_boundary b;
-    int c;
 
     *m = sssi_black(1);
     if (result == SSS_OK) result = sssi_check_lengths(dmfp);
@@ -1301,21 +1276,24 @@ SSSI_APART sss_result sssi_invert_dipole(sss_medium *m, const float *albedo, con
     if (result != SSS_OK) return result;
 
     /* A stand-in for albedos that need no dipole. */
-    for (c = 0; c < SSSI_FOUR; ++c) {
+    float wanted[SSSI_FOUR], log_x[SSSI_FOUR];
+    for (int c = 0; c < SSSI_FOUR; ++c) {
         float a = albedo[sssi_channel_of(c)];
 
         wanted[c] = a > 0.0f && a < 1.0f ? sssi_max(a, SSSI_TINY) : 0.5f;
     }
-    b = sssi_make_boundary(eta, better);
+    sssi_boundary b = sssi_make_boundary(eta, better);
     sssi_invert_shapes(b, wanted, log_x);
-    for (c = 0; c < SSSI_FOUR; ++c) {
+
+    float sigma[SSSI_FOUR], depth[SSSI_FOUR], core[SSSI_FOUR];
+    for (int c = 0; c < SSSI_FOUR; ++c) {
         sssi_shape h = sssi_make_shape(b, sssi_exp(log_x[c]));
 
         sigma[c] = h.sigma;
         depth[c] = h.depth;
         core[c] = h.core;
     }
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float zr = sigma[c] * dmfp[c];
 
         m->albedo[c] = albedo[c];
@@ -1346,19 +1324,15 @@ static inline sss_result sss_better_dipole_from_albedo(sss_medium *m, const floa
 }
 
 static inline float sss_profile(const sss_medium *m, int channel, float r) {
-    float k;
-
     if (channel < 0 || channel > 2 || !(r >= 0.0f) || !sssi_is_live(m, channel)) return 0.0f;
-    k = sssi_min(r, SSSI_R_FAR);
+    float k = sssi_min(r, SSSI_R_FAR);
     return m->albedo[channel] * sssi_unit_profile(m, m->dipole, channel, k * k);
 }
 static inline float sss_within(const sss_medium *m, int channel, float r) {
-    float tail, within;
-
     if (channel < 0 || channel > 2 || !(r >= 0.0f)) return 0.0f;
     if (!sssi_is_live(m, channel)) return m->albedo[channel];
-    tail = sssi_tail(m, channel, sssi_min(r, SSSI_R_FAR));
-    within = tail > 0.5f ? sssi_head(m, channel, r) : 1.0f - tail;
+    float tail = sssi_tail(m, channel, sssi_min(r, SSSI_R_FAR));
+    float within = tail > 0.5f ? sssi_head(m, channel, r) : 1.0f - tail;
     return m->albedo[channel] * sssi_max(within, 0.0f);
 }
 
@@ -1368,18 +1342,17 @@ static inline float sss_within(const sss_medium *m, int channel, float r) {
    was measured by demos/study/mix.c: the sphere finds curved and thin bodies, the disk flat ones,
    and the chord bounds the weights. */
 SSSI_FN void sssi_set_shares(sss_resampler *s, unsigned bits) {
-    float each;
-    int t, n = 0;
+    int n = 0;
 
-    for (t = 0; t < SSSI_TECHNIQUES; ++t) s->share[t] = 0.0f;
+    for (int t = 0; t < SSSI_TECHNIQUES; ++t) s->share[t] = 0.0f;
     if (bits == 0) {
         s->share[SSSI_NORMAL] = 0.375f;
         s->share[SSSI_SPHERE] = 0.375f;
         s->share[SSSI_CHORD] = 0.25f;
         return;
     }
-    for (t = 0; t < 4; ++t) n += (int)(bits >> t & 1u);
-    each = 1.0f / (float)(n > 0 ? n : 1);
+    for (int t = 0; t < 4; ++t) n += (int)(bits >> t & 1u);
+    float each = 1.0f / (float)(n > 0 ? n : 1);
     if (bits & SSS_DISK) s->share[SSSI_NORMAL] = each;
     if (bits & SSS_DISK_TANGENTS) s->share[SSSI_TANGENT] = s->share[SSSI_BITANGENT] = 0.5f * each;
     if (bits & SSS_SPHERE) s->share[SSSI_SPHERE] = each;
@@ -1392,15 +1365,13 @@ SSSI_FN void sssi_set_counts(sss_resampler *s) {
     uint32_t golden = 0x9e3779b9u;
     float u = sssi_unit(sss_hash(s->seed, 0x40000000u) + s->sample * golden);
     float sum = 0.0f;
-    int t;
 
     s->first[0] = 0;
-    for (t = 0; t < SSSI_TECHNIQUES; ++t) {
-        float expected, whole;
-
+    for (int t = 0; t < SSSI_TECHNIQUES; ++t) {
         sum += s->share[t];
-        expected = sum * (float)s->candidates;
-        whole = (float)(int)expected;
+        float expected = sum * (float)s->candidates;
+        float whole = (float)(int)expected;
+
         s->first[t + 1] = (int)whole + (expected - whole > u ? 1 : 0);
     }
     s->first[SSSI_TECHNIQUES] = s->candidates;
@@ -1409,13 +1380,15 @@ SSSI_FN void sssi_set_counts(sss_resampler *s) {
 /* The medium in units of 2^e <= its longest live length, and the channels' parts in the mixtures.
    For a walk a channel is live if it has a volume, and its length is the mean free path. */
 SSSI_FN sssi_optics sssi_make_optics(const sss_medium *m, unsigned techniques) {
-    float size[3], longest = 0.0f, inverse;
-    int c, wide = 0;
+    float longest = 0.0f;
+    int wide = 0;
     sssi_optics o;
 
     o.medium = *m;
     o.live = o.lambert = 0;
-    for (c = 0; c < 3; ++c) {
+
+    float size[3];
+    for (int c = 0; c < 3; ++c) {
         size[c] = m->length[c];
         if (techniques == SSS_WALK && m->length[c] > 0.0f)
             size[c] = m->extinction[c] > 0.0f ? 1.0f / m->extinction[c] : 0.0f;
@@ -1430,9 +1403,9 @@ SSSI_FN sssi_optics sssi_make_optics(const sss_medium *m, unsigned techniques) {
         }
     }
     o.unit = o.live ? sssi_float(sssi_bits(longest) & 0x7f800000u) : 1.0f;
-    inverse = 1.0f / o.unit;
+    float inverse = 1.0f / o.unit;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         int from = size[c] > 0.0f ? c : wide;
 
         o.mix[c] = size[c] > 0.0f ? 1.0f / (float)o.live : 0.0f;
@@ -1466,7 +1439,6 @@ SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
 SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     const sss_medium *m = &s->optics.medium;
     sssi_walk *w = &s->walk;
-    int c;
 
     w->on = w->found = w->goes_on = w->scatterings = 0;
     w->key = 0u;
@@ -1474,7 +1446,7 @@ SSSI_FN void sssi_begin_walks(sss_resampler *s) {
     w->length = w->skip = w->skin = w->extinction = w->path = w->roulette = w->distance = 0.0f;
     w->hit.light = 0.0f;
     w->brightest = -SSSI_FLT_MAX;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float lost = m->similarity[c] * m->similarity[c];
 
         w->log_albedo[c] = w->log_extinction[c] = 0.0f;
@@ -1488,10 +1460,8 @@ SSSI_FN void sssi_begin_walks(sss_resampler *s) {
 
 /* Lanes without a hit are worked on too, so they hold numbers. */
 SSSI_FN void sssi_clear_hits(sssi_hits *h, sss_vec3 normal) {
-    int l;
-
     h->count = 0;
-    for (l = 0; l < SSS_LANES; ++l) {
+    for (int l = 0; l < SSS_LANES; ++l) {
         sssi_set_lane(&h->position, l, normal);
         sssi_set_lane(&h->normal, l, normal);
         h->light[l] = 1.0f;
@@ -1505,11 +1475,9 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
                                           sss_vec3 geometric_normal, uint32_t seed,
                                           uint32_t sample) {
     sss_plan p = {0, 0, 0u, 0, 0, 0};
-    sss_result result;
-    int i;
 
     if (plan) p = *plan;
-    result = sssi_check_plan(&p);
+    sss_result result = sssi_check_plan(&p);
     if (result == SSS_OK && (!sssi_finite(position) || sssi_longest(position) > SSSI_FARTHEST))
         result = SSS_BAD_POSITION;
     if (!sssi_normalize(&geometric_normal) && result == SSS_OK) result = SSS_BAD_NORMAL;
@@ -1556,8 +1524,8 @@ static inline sss_result sss_begin_sample(sss_resampler *s, const sss_medium *m,
     sssi_set_counts(s);
     sssi_clear_hits(&s->hits, geometric_normal);
     sssi_begin_walks(s);
-    for (i = 0; i < SSS_LANES; ++i) s->probes.depth[i] = s->probes.length[i] = 0.0f;
-    for (i = 0; i < SSS_MAX_EXITS; ++i) s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
+    for (int i = 0; i < SSS_LANES; ++i) s->probes.depth[i] = s->probes.length[i] = 0.0f;
+    for (int i = 0; i < SSS_MAX_EXITS; ++i) s->reservoir[i].weight = s->reservoir[i].plain = 0.0f;
     return result;
 }
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan,
@@ -1607,10 +1575,9 @@ typedef struct sssi_place {
 SSSI_FN sssi_place sssi_find_place(const int *first, int probe) {
     int begin = first[0], end = first[1];
     sssi_place at;
-    int t;
 
     at.technique = 0;
-    for (t = 1; t < SSSI_TECHNIQUES; ++t) {
+    for (int t = 1; t < SSSI_TECHNIQUES; ++t) {
         int past = probe >= first[t];
 
         at.technique = past ? t : at.technique;
@@ -1763,9 +1730,9 @@ SSSI_FN void sssi_set_numbers(const sss_resampler *s, int l, sssi_place at, sssi
 
 /* The lengths of the live channels, these first. */
 SSSI_FN void sssi_live_lengths(const sssi_optics *o, sssi_lengths of[3]) {
-    int c, live = 0;
+    int live = 0;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         sssi_lengths mine = {o->medium.length[c], o->medium.zv[c], o->medium.sigma[c]};
 
         of[c] = mine;
@@ -1831,28 +1798,27 @@ SSSI_FN sss_vec3 sssi_in_frame(const sss_resampler *s, sss_vec3 v) {
 
 SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
     sssi_probes *p = &s->probes;
-    sssi_numbers u;
-    sssi_lengths of[3];
-    float r[SSS_LANES], depth[SSS_LANES];
     int all = SSSI_WIDE && count > 1;
     int last = s->candidates - 1;
     int first[SSSI_TECHNIQUES + 1];
-    int l;
 
-    for (l = 0; l <= SSSI_TECHNIQUES; ++l) first[l] = s->first[l];
+    for (int l = 0; l <= SSSI_TECHNIQUES; ++l) first[l] = s->first[l];
 
     /* Draw the numbers. Lanes beyond the last probe repeat it. */
-    for (l = 0; l < count; ++l) {
+    sssi_numbers u;
+    for (int l = 0; l < count; ++l) {
         int probe = s->next + l;
 
         sssi_set_numbers(s, l, sssi_find_place(first, probe < last ? probe : last), &u);
     }
-    for (l = 0; l < count && s->independent; ++l)
+    for (int l = 0; l < count && s->independent; ++l)
         sssi_set_numbers(s, l, sssi_find_independent_place(s, s->next + l), &u);
 
     /* Draw the channel and the radius. */
+    sssi_lengths of[3];
     sssi_live_lengths(&s->optics, of);
-    for (l = 0; l < count; ++l) {
+    float r[SSS_LANES], depth[SSS_LANES];
+    for (int l = 0; l < count; ++l) {
         sssi_lengths mine = sssi_draw_channel(of, s->optics.live, u.channel[l]);
         int t = u.technique[l];
         int needed = all || t != SSSI_SPHERE;
@@ -1864,7 +1830,7 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
     }
 
     /* Find the segment in the frame of the entry. */
-    for (l = 0; l < count; ++l) {
+    for (int l = 0; l < count; ++l) {
         int t = u.technique[l];
         sssi_ends e = sssi_find_ends(s, t, depth[l], r[l], u.side[l], u.cosine[l]);
         float sa, ca, sb, cb;
@@ -1878,7 +1844,7 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
         p->depth[l] = t == SSSI_SPHERE ? depth[l] : 0.0f;
     }
     if (s->share[SSSI_TANGENT] > 0.0f) {
-        for (l = 0; l < count; ++l) {
+        for (int l = 0; l < count; ++l) {
             sssi_set_lane(&p->origin, l, sssi_turn_disk(u.technique[l], sssi_lane(&p->origin, l)));
             sssi_set_lane(&p->direction, l,
                           sssi_turn_disk(u.technique[l], sssi_lane(&p->direction, l)));
@@ -1886,7 +1852,7 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
     }
 
     /* Turn the two ends into a probe of the scene. */
-    for (l = 0; l < count; ++l) {
+    for (int l = 0; l < count; ++l) {
         sss_vec3 from = sssi_in_frame(s, sssi_lane(&p->origin, l));
         sss_vec3 way = sssi_sub(sssi_in_frame(s, sssi_lane(&p->direction, l)), from);
         float length = SSSI_SQRT(sssi_dot(way, way));
@@ -1925,9 +1891,7 @@ SSSI_FN sss_vec3 sssi_offset(const sss_resampler *s, sss_vec3 position) {
 /* mu += the part of the disks along one axis. */
 SSSI_FN void sssi_add_disks(const sss_resampler *s, int dipole, int axis, int count,
                             const sssi_lanes *x, const sssi_lanes *n, float *mu) {
-    int l;
-
-    for (l = 0; l < count; ++l)
+    for (int l = 0; l < count; ++l)
         mu[l] +=
             s->share[axis] * sssi_disk_intensity(s, dipole, axis, sssi_lane(x, l), sssi_lane(n, l));
 }
@@ -1937,23 +1901,22 @@ SSSI_FN void sssi_find_densities(const sss_resampler *s, int dipole, int count, 
     const float *mix = s->optics.mix;
     float ball = s->ball * s->ball;
     float *mu = d->mu;
-    int l;
 
     /* Techniques that a plan may lack. */
-    for (l = 0; l < count; ++l) mu[l] = 0.0f;
+    for (int l = 0; l < count; ++l) mu[l] = 0.0f;
     if (s->share[SSSI_NORMAL] > 0.0f) sssi_add_disks(s, dipole, SSSI_NORMAL, count, x, n, mu);
     if (s->share[SSSI_TANGENT] > 0.0f) {
         sssi_add_disks(s, dipole, SSSI_TANGENT, count, x, n, mu);
         sssi_add_disks(s, dipole, SSSI_BITANGENT, count, x, n, mu);
     }
     if (s->share[SSSI_SPHERE] > 0.0f) {
-        for (l = 0; l < count; ++l)
+        for (int l = 0; l < count; ++l)
             mu[l] +=
                 s->share[SSSI_SPHERE] * sssi_sphere_intensity(s, sssi_lane(x, l), sssi_lane(n, l));
     }
 
     /* The profiles, and with them the chord, which goes beyond the ball. */
-    for (l = 0; l < count; ++l) {
+    for (int l = 0; l < count; ++l) {
         float r2 = sssi_dot(sssi_lane(x, l), sssi_lane(x, l));
         float red = sssi_unit_profile(m, dipole, 0, r2);
         float green = sssi_unit_profile(m, dipole, 1, r2);
@@ -1971,11 +1934,11 @@ SSSI_FN void sssi_find_densities(const sss_resampler *s, int dipole, int count, 
 }
 static inline float sss_intensity(const sss_resampler *s, sss_vec3 position,
                                   sss_vec3 geometric_normal) {
-    sssi_lanes x, n;
-    sssi_densities d;
-
     if (!s->candidates || s->walks) return 0.0f;
     if (!sssi_finite(position) || !sssi_normalize(&geometric_normal)) return 0.0f;
+
+    sssi_lanes x, n;
+    sssi_densities d;
     sssi_set_lane(&x, 0, sssi_offset(s, position));
     sssi_set_lane(&n, 0, geometric_normal);
     if (s->optics.medium.dipole) sssi_find_densities(s, 1, 1, &x, &n, &d);
@@ -2016,7 +1979,6 @@ SSSI_FN int sssi_offer(sssi_reservoir *r, float w, sssi_chance chance) {
 SSSI_FN void sssi_collect(sss_resampler *s, int reservoir, float p, sssi_chance chance,
                           const sssi_candidate *c) {
     float w = p * c->light;
-    int i;
 
     /* This is false for NaN too. */
     if (!(c->target >= SSSI_FAINT && w >= SSSI_TINY && p <= SSSI_HUGE)) return;
@@ -2026,7 +1988,7 @@ SSSI_FN void sssi_collect(sss_resampler *s, int reservoir, float p, sssi_chance 
         if (sssi_offer(&s->reservoir[reservoir], w, chance)) s->reservoir[reservoir].held = *c;
         return;
     }
-    for (i = 0; i < 3 && i < SSS_MAX_EXITS; ++i) {
+    for (int i = 0; i < 3 && i < SSS_MAX_EXITS; ++i) {
         if (!(s->optics.mix[i] > 0.0f)) continue;
         if (sssi_offer(&s->reservoir[i], w * (c->profile[i] / c->target), chance))
             s->reservoir[i].held = *c;
@@ -2036,23 +1998,22 @@ SSSI_FN void sssi_collect(sss_resampler *s, int reservoir, float p, sssi_chance 
 SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
     sssi_hits *h = &s->hits;
     sssi_lanes x, n;
-    sssi_densities d;
-    float p[SSS_LANES], light[SSS_LANES], u[SSS_LANES], v[SSS_LANES];
     uint32_t key = s->key;
     float blur = s->blur;
     int weighed = s->weighed;
-    int c, l;
 
-    for (l = 0; l < count; ++l) {
+    for (int l = 0; l < count; ++l) {
         sss_vec3 normal = sssi_lane(&h->normal, l);
 
         sssi_normalize(&normal);
         sssi_set_lane(&n, l, normal);
         sssi_set_lane(&x, l, sssi_offset(s, sssi_lane(&h->position, l)));
     }
+    sssi_densities d;
     sssi_find_densities(s, dipole, count, &x, &n, &d);
 
-    for (l = 0; l < count; ++l) {
+    float p[SSS_LANES], light[SSS_LANES];
+    for (int l = 0; l < count; ++l) {
         float weight = d.target[l] / (d.mu[l] * (float)s->candidates);
         float v2;
         float distance =
@@ -2064,7 +2025,8 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
         p[l] = distance <= least ? 0.0f : weight;
         light[l] = sssi_min(sssi_max(h->light[l], SSSI_HINT_MIN), SSSI_HINT_MAX);
     }
-    for (l = 0; l < count; ++l) {
+    float u[SSS_LANES], v[SSS_LANES];
+    for (int l = 0; l < count; ++l) {
         sssi_chance chance = sssi_draw_chance(key, weighed + l);
 
         u[l] = chance.u;
@@ -2072,13 +2034,13 @@ SSSI_FN void sssi_weigh_of(sss_resampler *s, int dipole, int count) {
     }
 
     /* Each in its turn comes to its reservoir. */
-    for (l = 0; l < h->count; ++l) {
+    for (int l = 0; l < h->count; ++l) {
         sssi_chance chance = {u[l], v[l]};
         sssi_candidate hit;
 
         hit.position = sssi_lane(&h->position, l);
         hit.normal = sssi_lane(&n, l);
-        for (c = 0; c < 3; ++c) hit.profile[c] = d.profile[c][l];
+        for (int c = 0; c < 3; ++c) hit.profile[c] = d.profile[c][l];
         hit.target = d.target[l];
         hit.light = light[l];
         hit.hit = h->number[l];
@@ -2146,14 +2108,13 @@ SSSI_FN void sssi_walk_weights(const sss_resampler *s, float path, float *weight
     const float *extinction = s->optics.medium.extinction;
     float n = (float)s->walk.scatterings;
     float density[3], most = -SSSI_FLT_MAX, mean = 0.0f;
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         density[c] = n * s->walk.log_extinction[c] - (extinction[c] - extinction[0]) * path;
         if (mix[c] > 0.0f) most = sssi_max(most, density[c]);
     }
-    for (c = 0; c < 3; ++c) mean += mix[c] > 0.0f ? mix[c] * sssi_exp(density[c] - most) : 0.0f;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) mean += mix[c] > 0.0f ? mix[c] * sssi_exp(density[c] - most) : 0.0f;
+    for (int c = 0; c < 3; ++c) {
         float carried = n * s->walk.log_albedo[c] + s->walk.roulette + density[c] - most;
 
         weight[c] = mix[c] > 0.0f ? sssi_exp(carried) / mean : 0.0f;
@@ -2171,35 +2132,35 @@ SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
 
 /* A walk enters in a direction about the inward normal with density cosine / pi. */
 SSSI_FN void sssi_walk_in(sss_resampler *s) {
-    sssi_place at;
-    float cosine2, sine, sn, cs, skin, ulps;
-    int c, hero, live = 0;
-    float u;
-    sss_vec3 flat, direction;
+    int live = 0;
 
     ++s->next;
-    at = sssi_walk_place(s);
+    sssi_place at = sssi_walk_place(s);
 
     /* One channel draws all distances of this walk. */
-    u = sssi_number(s, at, SSSI_CHANNEL);
-    hero = sssi_class(&u, s->optics.live);
-    for (c = 0; c < 3; ++c) {
+    float u = sssi_number(s, at, SSSI_CHANNEL);
+    int hero = sssi_class(&u, s->optics.live);
+    for (int c = 0; c < 3; ++c) {
         if (!(s->optics.mix[c] > 0.0f)) continue;
         if (live == hero) s->walk.extinction = s->optics.medium.extinction[c];
         ++live;
     }
 
-    cosine2 = sssi_number(s, at, SSSI_COSINE);
-    sine = SSSI_SQRT(1.0f - cosine2);
+    /* A direction into the object with density cosine / pi. */
+    float cosine2 = sssi_number(s, at, SSSI_COSINE);
+    float sine = SSSI_SQRT(1.0f - cosine2);
+    float sn, cs;
     sssi_sincos_turn(sssi_number(s, at, SSSI_TURN), &sn, &cs);
-    flat = sssi_add(sssi_mul(s->axis[SSSI_TANGENT], sine * cs),
-                    sssi_mul(s->axis[SSSI_BITANGENT], sine * sn));
-    direction = sssi_sub(flat, sssi_mul(s->axis[SSSI_NORMAL], SSSI_SQRT(cosine2)));
+    sss_vec3 flat = sssi_add(sssi_mul(s->axis[SSSI_TANGENT], sine * cs),
+                             sssi_mul(s->axis[SSSI_BITANGENT], sine * sn));
+    sss_vec3 direction = sssi_sub(flat, sssi_mul(s->axis[SSSI_NORMAL], SSSI_SQRT(cosine2)));
 
-    ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
-    skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
+    /* The trace begins a skin below the surface, whatever the slope. */
+    float ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
+    float skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
     skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
     s->walk.skin = skin / sssi_max(SSSI_SQRT(cosine2), 0.0625f);
+
     s->walk.position = sssi_vec3(0.0f, 0.0f, 0.0f);
     s->walk.key = sss_hash(s->key, 0x20000000u + (uint32_t)s->next);
     s->walk.scatterings = 0;
@@ -2214,12 +2175,12 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
    channels. */
 SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
     sssi_walk *w = &s->walk;
-    float z, rim, sn, cs, carried;
 
     w->position = sssi_add(w->position, sssi_mul(w->direction, w->length));
     w->path += w->length;
     w->scatterings += 1;
-    carried = (float)w->scatterings * w->brightest + w->roulette;
+
+    float carried = (float)w->scatterings * w->brightest + w->roulette;
     if (carried < SSSI_LN_HALF) {
         float chance = 2.0f * sssi_exp(carried);
 
@@ -2232,8 +2193,9 @@ SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
     }
 
     /* A uniform direction. */
-    z = 2.0f * sssi_walk_number(s, 0u) - 1.0f;
-    rim = SSSI_SQRT((1.0f - z) * (1.0f + z));
+    float z = 2.0f * sssi_walk_number(s, 0u) - 1.0f;
+    float rim = SSSI_SQRT((1.0f - z) * (1.0f + z));
+    float sn, cs;
     sssi_sincos_turn(sssi_walk_number(s, 1u), &sn, &cs);
     sssi_walk_on(s, sssi_vec3(rim * cs, rim * sn, z), sssi_walk_number(s, 2u));
 }
@@ -2241,13 +2203,12 @@ SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
 /* The walk leaves where its segment met the surface, and becomes a candidate. */
 SSSI_FN void sssi_walk_out(sss_resampler *s) {
     sssi_candidate *hit = &s->walk.hit;
-    int c;
 
     s->walk.on = s->walk.found = 0;
     if (!(hit->light > 0.0f)) return;
     sssi_walk_weights(s, s->walk.path + s->walk.distance / s->optics.unit, hit->profile);
     hit->target = 0.0f;
-    for (c = 0; c < 3; ++c) hit->target += s->optics.mix[c] * hit->profile[c];
+    for (int c = 0; c < 3; ++c) hit->target += s->optics.mix[c] * hit->profile[c];
     sssi_collect(s, (s->next - 1) % s->exits, hit->target / (float)s->candidates,
                  sssi_draw_chance(s->key, s->next), hit);
 }
@@ -2265,7 +2226,6 @@ SSSI_FN void sssi_walk_past(sss_resampler *s) {
 /* Ends or goes on with the walk under way, and starts the next one where it has ended. */
 static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
     sssi_walk *w = &s->walk;
-    sss_vec3 start;
 
     if (w->found && w->goes_on) sssi_walk_past(s);
     else if (w->found) sssi_walk_out(s);
@@ -2280,7 +2240,7 @@ static inline int sssi_next_segment(sss_resampler *s, sss_probe *probe) {
             sssi_walk_in(s);
         }
     }
-    start = sssi_add(w->position, sssi_mul(w->direction, w->skip));
+    sss_vec3 start = sssi_add(w->position, sssi_mul(w->direction, w->skip));
     probe->origin = sssi_add(s->position, sssi_mul(start, s->optics.unit));
     probe->direction = w->direction;
     probe->length = (w->length - w->skip) * s->optics.unit;
@@ -2359,14 +2319,13 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
 SSSI_FN int sssi_finish_lambert(const sss_resampler *s, float ratio, sss_exit *exit) {
     int alone = s->optics.live == 0 || s->per_channel;
     float chance = alone ? 1.0f : ratio / (ratio + s->reservoir[0].plain);
-    int c;
 
     if (!(sssi_unit(sss_hash(s->key, 0x60000000u)) < chance)) return 0;
     exit->position = s->position;
     exit->normal = s->axis[SSSI_NORMAL];
     exit->hit = -1;
     exit->mass = 0.0f;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         exit->weight[c] = s->optics.mix[c] > 0.0f ? 0.0f : s->optics.medium.albedo[c] / chance;
     return 1;
 }
@@ -2374,13 +2333,11 @@ SSSI_FN int sssi_finish_lambert(const sss_resampler *s, float ratio, sss_exit *e
 /* An exit from what a reservoir holds. Its weights still lack the mass. */
 SSSI_FN void sssi_set_exit(const sss_resampler *s, const sssi_candidate *held, float mass,
                            sss_exit *exit) {
-    int c;
-
     exit->position = held->position;
     exit->normal = held->normal;
     exit->hit = held->hit;
     exit->mass = mass;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float albedo = s->walks ? 1.0f : s->optics.medium.albedo[c];
         float unit = albedo * (held->profile[c] / held->target);
 
@@ -2390,9 +2347,7 @@ SSSI_FN void sssi_set_exit(const sss_resampler *s, const sssi_candidate *held, f
 
 /* The exit before `count` with the same hit, or `count`. */
 SSSI_FN int sssi_find_exit(const sss_exit *exits, int count, int hit) {
-    int i;
-
-    for (i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i)
         if (exits[i].hit == hit) return i;
     return count;
 }
@@ -2400,7 +2355,7 @@ SSSI_FN int sssi_find_exit(const sss_exit *exits, int count, int hit) {
 static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
     float ratio = s->optics.live ? (float)s->optics.lambert / (float)s->optics.live : 0.0f;
     int reservoirs = s->per_channel ? 3 : s->exits;
-    int i, c, surface = 1, count = 0;
+    int surface = 1, count = 0;
 
     if (s->walk.found) sssi_walk_out(s);
     if (s->hits.count) sssi_weigh(s);
@@ -2411,16 +2366,15 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
         surface = s->per_channel;
     }
 
-    for (i = 0; i < reservoirs && i < SSS_MAX_EXITS; ++i) {
+    for (int i = 0; i < reservoirs && i < SSS_MAX_EXITS; ++i) {
         const sssi_reservoir *r = &s->reservoir[i];
         float mass = r->weight / r->held.light;
-        int e;
 
         if (!(r->weight > 0.0f) || (i == 0 && !surface)) continue;
         if (s->per_channel) mass *= s->optics.mix[i];
         else if (i == 0 && s->optics.lambert) mass += mass * (ratio / r->plain);
 
-        e = sssi_find_exit(exits, count, r->held.hit);
+        int e = sssi_find_exit(exits, count, r->held.hit);
         if (e < count) {
             exits[e].mass += mass;
             continue;
@@ -2430,9 +2384,9 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
     }
 
     /* A walk's exit is worth nothing to others. */
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         if (exits[i].hit < 0) continue;
-        for (c = 0; c < 3; ++c) exits[i].weight[c] *= exits[i].mass;
+        for (int c = 0; c < 3; ++c) exits[i].weight[c] *= exits[i].mass;
         if (s->walks) exits[i].mass = 0.0f;
     }
     return count;
@@ -2462,9 +2416,8 @@ SSSI_FN float sssi_share_profile(const sss_medium *m, sss_vec3 entry, const sss_
     float inverse = 1.0f / o.unit;
     float r2 = sssi_share_distance2(exit->position, entry, inverse);
     float target = 0.0f;
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float unit = o.live ? sssi_unit_profile(&o.medium, o.medium.dipole, c, r2) : 0.0f;
 
         target += o.mix[c] * unit;
@@ -2479,10 +2432,8 @@ static inline float sss_share_density(const sss_medium *m, sss_vec3 entry, const
 }
 static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                     float density_sum, float weight[3]) {
-    int c;
-
     sssi_share_profile(m, entry, exit, weight);
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         weight[c] = sssi_sound(m->albedo[c] * (weight[c] / density_sum) * exit->mass);
 }
 
@@ -2496,25 +2447,24 @@ SSSI_FN float sssi_share_profiles(const sss_exit *exit, const sss_entry *group, 
     float r2[SSS_LANES], p[SSS_LANES], sum = 0.0f;
     sss_vec3 y = exit->position;
     sssi_lanes x;
-    int c, i, l;
 
-    for (i = 0; i < count; i += SSS_LANES) {
+    for (int i = 0; i < count; i += SSS_LANES) {
         int left = count - i;
         int here = left < SSS_LANES ? left : SSS_LANES;
         int lanes = SSSI_WIDE ? SSS_LANES : here;
 
         /* Lanes beyond the last entry repeat one. */
-        for (l = 0; l < lanes; ++l) sssi_set_lane(&x, l, group[l < here ? i + l : i].position);
-        for (l = 0; l < lanes; ++l) r2[l] = sssi_share_distance2(y, sssi_lane(&x, l), inverse);
-        for (c = 0; c < 3; ++c) {
-            for (l = 0; l < lanes; ++l) p[l] = sssi_unit_profile(&o.medium, dipole, c, r2[l]);
-            for (l = 0; l < here; ++l) profile[i + l][c] = p[l] * area;
+        for (int l = 0; l < lanes; ++l) sssi_set_lane(&x, l, group[l < here ? i + l : i].position);
+        for (int l = 0; l < lanes; ++l) r2[l] = sssi_share_distance2(y, sssi_lane(&x, l), inverse);
+        for (int c = 0; c < 3; ++c) {
+            for (int l = 0; l < lanes; ++l) p[l] = sssi_unit_profile(&o.medium, dipole, c, r2[l]);
+            for (int l = 0; l < here; ++l) profile[i + l][c] = p[l] * area;
         }
     }
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         float target = 0.0f;
 
-        for (c = 0; c < 3; ++c) target += o.mix[c] * profile[i][c];
+        for (int c = 0; c < 3; ++c) target += o.mix[c] * profile[i][c];
         sum += sssi_sound(target);
     }
     return sum;
@@ -2525,17 +2475,17 @@ SSSI_FN void sssi_share_weights(const sss_medium *m, int count, float spacing, f
                                 float mass, float (*weight)[3]) {
     float scale[3 * SSS_LANES];
     float *flat = weight[0];
-    int c, i, l;
 
-    for (l = 0; l < SSS_LANES; ++l)
-        for (c = 0; c < 3; ++c)
+    for (int l = 0; l < SSS_LANES; ++l)
+        for (int c = 0; c < 3; ++c)
             scale[3 * l + c] = sss_is_shared(m, c, spacing) ? m->albedo[c] : 0.0f;
 
-    for (i = 0; i < 3 * count; i += 3 * SSS_LANES) {
+    for (int i = 0; i < 3 * count; i += 3 * SSS_LANES) {
         int left = 3 * count - i;
         int here = left < 3 * SSS_LANES ? left : 3 * SSS_LANES;
 
-        for (l = 0; l < here; ++l) flat[i + l] = sssi_sound(scale[l] * (flat[i + l] / sum) * mass);
+        for (int l = 0; l < here; ++l)
+            flat[i + l] = sssi_sound(scale[l] * (flat[i + l] / sum) * mass);
     }
 }
 
@@ -2553,20 +2503,19 @@ SSSI_APART void sssi_share_one(const sss_exit *exit, const sss_entry *group, int
 SSSI_FN void sssi_share_each(const sss_exit *exit, const sss_entry *group, int count, float spacing,
                              float (*weight)[3]) {
     float sum = 0.0f;
-    int i;
 
-    for (i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i)
         sum += sssi_share_profile(group[i].medium, group[i].position, exit, weight[i]);
-    for (i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i)
         sssi_share_weights(group[i].medium, 1, spacing, sum, exit->mass, &weight[i]);
 }
 
 static inline void sss_share(const sss_exit *exit, const sss_entry *group, int count, int own,
                              float spacing, float (*weight)[3]) {
-    int c, i, one_medium = 1;
+    int one_medium = 1;
     int has_mass = exit->mass > 0.0f;
 
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         one_medium &= group[i].medium == group[0].medium;
         weight[i][0] = weight[i][1] = weight[i][2] = 0.0f;
     }
@@ -2576,7 +2525,7 @@ static inline void sss_share(const sss_exit *exit, const sss_entry *group, int c
     }
 
     /* What is not shared stays with its own entry. */
-    for (c = 0; c < 3 && own >= 0 && own < count; ++c)
+    for (int c = 0; c < 3 && own >= 0 && own < count; ++c)
         if (!has_mass || !sss_is_shared(group[own].medium, c, spacing))
             weight[own][c] = exit->weight[c];
 }
@@ -2604,9 +2553,9 @@ SSSI_FN float sssi_decay(const sss_medium *m, int c) {
    from four pixels on (demos/study/mesh_share.c, tile.c, chart.c). */
 SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
     float least = (is_flat ? 4.0f : 1.5f) * footprint;
-    int c, pays = 0;
+    int pays = 0;
 
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (footprint > 0.0f && sssi_is_live(m, c) && m->length[c] >= least) pays = 1;
     return pays ? 8 : 0;
 }
@@ -2621,9 +2570,8 @@ SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int 
     int is_calm = need->hinted || (need->footprint > 0.0f && tile == 0);
     int all_shared = tile != 0;
     int candidates = 2;
-    int c;
 
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (sssi_is_live(m, c) && !sss_is_shared(m, c, need->footprint)) all_shared = 0;
     if (is_calm && !all_shared) worth *= 6.0f;
 
@@ -2637,9 +2585,8 @@ SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int 
 SSSI_FN int sssi_plan_colours(const sss_medium *m, float cost, int candidates) {
     float shortest = SSSI_FLT_MAX, longest = 0.0f;
     int room = SSS_MAX_EXITS;
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         if (!sssi_is_live(m, c)) continue;
         shortest = sssi_min(shortest, m->length[c]);
         longest = sssi_max(longest, m->length[c]);
@@ -2653,10 +2600,10 @@ static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need) {
     float tolerance = need->tolerance > 0.0f ? need->tolerance : 0.1f;
     float cost = sssi_max(need->shading_cost, 0.0f);
     float error = 0.0f, light = 0.0f;
-    int c, live = 0;
+    int live = 0;
 
     /* The error of the profile, all channels weighed by the light that they carry. */
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         light += m->albedo[c];
         if (!sssi_is_live(m, c)) continue;
         live += 1;
