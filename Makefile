@@ -2,7 +2,7 @@
 CC       ?= cc
 CXX      ?= c++
 STRICT   := -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror
-# -ffp-contract=off: the same bits on every machine. The other two let loops over sqrtf vectorise and change no bit.
+# -ffp-contract=off: the same bits on every machine. The others let loops over sqrtf vectorise.
 EXACT    := -ffp-contract=off -fno-math-errno -fno-trapping-math
 FONT     ?= /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 CFLAGS   ?= -O2 -march=native
@@ -25,11 +25,11 @@ LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc
 HAS_MESH := $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1
 NO_MESH  := $(shell $(HAS_MESH) || echo build/mesh build/mesh_race build/mesh_share build/test_mesh)
 DEMOS    := $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
-# The promises of the library come first. T=contract selects tests/test_contract.c or .sh, T="mesh render" several.
+# The promises of the library come first. T=contract selects test_contract, T="mesh render" several.
 FIRST    := contract bound intensity profiles math random plans invariance robust extremes failures fuzz opencl
 SOURCES  := $(FIRST:%=tests/test_%.c) $(filter-out $(FIRST:%=tests/test_%.c),$(wildcard tests/test_*.c))
 PROGRAMS := $(filter-out $(NO_MESH),$(patsubst tests/%.c,build/%,$(SOURCES)))
-# The page's and the windows' tests wait for most of their time, so they come before all; long ones do not come last.
+# The page's and the windows' tests wait for most of their time, so they come before all.
 ORDER    := tests/test_page.sh tests/test_window.sh $(filter $(FIRST:%=build/test_%),$(PROGRAMS)) tests/test_tutorial.sh tests/test_chart.sh tests/test_compile.sh
 EACH     := $(ORDER) $(filter-out $(ORDER),$(PROGRAMS) $(wildcard tests/test_*.sh)) $(if $(filter run-test-long,$(MAKECMDGOALS)),$(wildcard tests/long/test_*.sh))
 TESTS    := $(if $(T),$(filter $(foreach t,$(T),%/test_$t %/test_$t.sh),$(EACH)),$(EACH))
@@ -117,7 +117,7 @@ $(filter-out build/bench_exits build/mesh_race build/mesh_share,$(patsubst demos
 build/mesh_race build/mesh_share: build/%: demos/study/%.c demos/study/torus.h $(COMMON) | build has-mesh
 	$(DEMO_C) $< -o $@ -lembree3 -lm
 
-# The header's own code is a quarter faster with -O3, the demos' is not: what times the header has it.
+# The header's own code is a quarter faster with -O3, the demos' is not.
 build/bench build/bench_exits build/chart build/mesh_race build/mesh_share: CFLAGS += -O3
 
 build/bench_exits: demos/study/bench_exits.c $(COMMON) $(CL)
@@ -150,7 +150,7 @@ build/tools/%: tests/tools/%.c
 	@mkdir -p $(@D)
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L -O1 $(STRICT) $< -o $@ $(if $(filter %/x11,$@),-lX11,-lstb) -lm
 
-# The fuzzer, with the sanitizers that find what a wrong result does not show; both need make setup-long.
+# The fuzzer, with the sanitizers that find what a wrong result does not show.
 build/fuzz: SANITIZERS := address,undefined,float-divide-by-zero,float-cast-overflow
 build/fuzz_memory: SANITIZERS := memory
 build/fuzz build/fuzz_memory: tests/fuzz.c tests/fuzz_ignore.txt sss_resample.h | build
@@ -162,7 +162,7 @@ build/test_fuzz: tests/fuzz.c
 build/test_%: tests/test_%.c tests/sss_test.h sss_resample.h | build
 	$(TEST_C) $< -o $@ -lcmocka -lm
 
-# Seed 2: with seed 1 a few fireflies triple the error of plain probes, which would flatter the others.
+# Seed 2: with seed 1 a few fireflies triple the error of plain probes, and flatter the others.
 demo: build/render build/noise
 	build/render --compare --scene rabbit --size 300x360 --seed 2 --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
@@ -173,7 +173,7 @@ pictures: build/render build/exit_points build/share failures which-model
 	build/render --compare --scene rabbit --size 300x360 --seed 2 --png demos/rabbit.png
 	build/exit_points --headless --png demos/exit_points.png
 
-# What tests/test_window.sh compares with; made anew when it is meant to change. Look at it before it is kept.
+# What tests/test_window.sh compares with. Look at it before it is kept.
 test-pictures: build/exit_points build/noise
 	build/exit_points --headless --size 480x270 --png tests/data/exit_points.png
 	build/noise --headless --size 320x180 --spp 2 --reference 4 --png tests/data/noise.png
@@ -216,7 +216,7 @@ failures: build/failures
 tutorial:
 	tutorial/make.sh
 
-# ---- The live page: the tutorial's text, and figures that the header itself drives, compiled to WebAssembly.
+# ---- The live page: the tutorial's text, and figures that the header drives, as WebAssembly.
 .PHONY: page page-stills setup-page drawings
 PAGE := clang lld pandoc webp python3 chromium chromium-driver
 
@@ -237,8 +237,9 @@ build/page/figures: tutorial/page/figures.c sss_resample.h
 	@mkdir -p build/page
 	$(CC) -std=c99 -O2 $(EXACT) $(STRICT) -DNATIVE -I. $< -o $@
 
-# All that can be built is built first, on all cores: with -j on the whole, `make setup test` would not wait for setup.
-# Each test has one core, and tests run side by side, one more than there are cores: some wait for windows. What they have measured is kept in build/logs.
+# All that can be built is built first, on all cores: with -j on the whole, `make setup test` would
+# not wait for setup. Each test has one core, and tests run side by side, one more than there are
+# cores: some wait for windows. What they have measured is kept in build/logs.
 NEEDED   := $(if $(filter %.sh,$(TESTS)),all $(TOOLS) $(EXAMPLES) $(CHAPTERS)) $(filter build/%,$(TESTS))
 test test-long:
 	@$(MAKE) --no-print-directory run-$@

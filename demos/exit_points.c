@@ -7,13 +7,13 @@
 #include "common/tracer.h"
 #include "common/window.h"
 
-#define POINTS      500   // shown in each pane
-#define LOOKUPS     25000 // behind each histogram
-#define TRUTH       20000 // calls of tracer_area_points() behind the true curve
-#define BINS        32    // of a histogram
-#define PROBES      10    // shown on demand
-#define PASSES      16    // rays through each pixel of the object
-#define RAYS        70000 // pixels of the object in a window at most; more are interpolated
+#define POINTS      500        // shown in each pane
+#define LOOKUPS     25000      // behind each histogram
+#define TRUTH       20000      // calls of tracer_area_points() behind the true curve
+#define BINS        32         // of a histogram
+#define PROBES      10         // shown on demand
+#define PASSES      16         // rays through each pixel of the object
+#define RAYS        70000      // pixels of the object in a window at most; more are interpolated
 #define STEP        1.2599210f // of the dmfp: three make a factor of two
 #define FRAME       0.016      // seconds
 #define BUSY        0.010      // of them for lookups, or as long as drawing takes

@@ -1,5 +1,6 @@
-// mesh.c - any mesh made translucent: read by assimp, traced by Embree, shaded with sss_resample.h; plain on the left
-// and resampled on the right, with the noise of both. In a window, or as a PNG. See --help.
+// mesh.c - any mesh made translucent: read by assimp, traced by Embree, shaded with
+// sss_resample.h; plain on the left and resampled on the right, with the noise of both. In a
+// window, or as a PNG. See --help.
 // SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
@@ -12,15 +13,15 @@
 #include "common/pair.h"
 #include "common/progress.h"
 
-#define SLICE      0.012 // seconds that one step of rendering takes
-#define REFRESH    0.080 // between two frames, unless there is an event
-#define COARSE     4     // how many pixels the preview's are wide
-#define PATIENT    0.3   // seconds until a preview that takes longer is shown in part, or given up
-#define QUICK      8     // candidates of a preview at most
-#define BATCH      8     // pixels
-#define ROWS       16    // of the mask in one step
-#define FIELD      22.0f // angle of the view in degrees, and the share of it that the object may fill
-#define FILLED     0.86f
+#define SLICE      0.012  // seconds that one step of rendering takes
+#define REFRESH    0.080  // between two frames, unless there is an event
+#define COARSE     4      // how many pixels the preview's are wide
+#define PATIENT    0.3    // seconds until a preview that takes longer is shown in part, or given up
+#define QUICK      8      // candidates of a preview at most
+#define BATCH      8      // pixels
+#define ROWS       16     // of the mask in one step
+#define FIELD      22.0f  // angle of the view in degrees
+#define FILLED     0.86f  // share of the view that the object fills
 #define LAMP       128.0f // degrees from the eye, about the object
 #define LEAST_SIZE 1e-3   // of --scale
 #define MOST_SIZE  1e5
@@ -53,9 +54,10 @@ static const char usage[] =
     "  --spp N            headless: samples a pixel of the resampled picture (32)\n"
     "  --seed S           0..4294967295 (1)\n" WINDOW_HELP_FILES WINDOW_HELP_INTERRUPT;
 
-// Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and Hanrahan 2001, "A
-// practical model for subsurface light transport", the table of measured parameters. skin and milk are its skin1 and
-// whole milk, chicken its chicken1. No published measurement of jade and wax was found: these two were chosen by eye.
+// Reduced scattering and absorption, 1/mm, and index of refraction: Jensen, Marschner, Levoy and
+// Hanrahan 2001, "A practical model for subsurface light transport", the table of measured
+// parameters. skin and milk are its skin1 and whole milk, chicken its chicken1. No published
+// measurement of jade and wax was found: these two were chosen by eye.
 static const struct {
     const char *name;
     float sigma_s[3], sigma_a[3], eta;
@@ -195,8 +197,8 @@ static sss_result set_medium(viewer *v) {
     return sss_burley(medium, v->albedo, b);
 }
 
-// The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts glow; the sky
-// lights the front.
+// The lamp stands behind the object and to the left, wherever that is seen from, so that thin parts
+// glow; the sky lights the front.
 static void set_light(mesh_world *world, const view *seen) {
     scene *s = &world->s;
     float r = (float)MESH_RADIUS, middle = (float)(0.5 * world->m.size[1] * world->m.unit);
@@ -215,8 +217,8 @@ static sss_vec3 view_direction(const view *seen) {
     return scene_vec(sinf(turn) * cosf(tilt), sinf(tilt), cosf(turn) * cosf(tilt));
 }
 
-// As near as the vertices allow, in a picture of this shape. A vertex v from the target is on the edge of the view if
-// |v.right| is tan(half the view) times the distance less v.back.
+// As near as the vertices allow, in a picture of this shape. A vertex v from the target is on the
+// edge of the view if |v.right| is tan(half the view) times the distance less v.back.
 static void set_camera(mesh_world *world, const view *seen, int width, int height) {
     const triangle_mesh *m = &world->m;
     scene *s = &world->s;
@@ -437,8 +439,8 @@ static tracer_result render_unit(const viewer *v, image *into, const tracer_sett
     return all;
 }
 
-// The next units of an image, one sample a pixel more, until `end`: whoever is free takes a batch. A
-// single pixel can take 50 ms where the mesh is tangled and the candidates are many.
+// The next units of an image, one sample a pixel more, until `end`: whoever is free takes a batch.
+// A single pixel can take 50 ms where the mesh is tangled and the candidates are many.
 static void render_units(viewer *v, run *r, image *into, const tracer_settings *settings,
                          uint32_t sample, double end) {
     unsigned long long probes = 0, shaded = 0;
@@ -522,8 +524,8 @@ static int next_run(const viewer *v) {
     return v->w.headless && done >= v->spp ? RUNS : RESAMPLED;
 }
 
-// The painter. What it does comes after the window: the priority is this thread's on Linux, and that
-// of the threads which it starts.
+// The painter. What it does comes after the window: the priority is this thread's on Linux, and
+// that of the threads which it starts.
 static void *paint(void *argument) {
     viewer *v = (viewer *)argument;
     int stops = 0;

@@ -1,5 +1,6 @@
-// noise.c - one picture rendered twice at the same price, plain on the left and resampled on the right, and the error
-// of both, while it grows. In a window, or as a PNG. See --help. SPDX-License-Identifier: MIT
+// noise.c - one picture rendered twice at the same price, plain on the left and resampled on the
+// right, and the error of both, while it grows. In a window, or as a PNG. See --help.
+// SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
 #define COMMAND "noise"
@@ -116,7 +117,8 @@ static void set_scene(noise *n) {
     restart(n, 1);
 }
 
-// Rows top .. bottom - 1, which the pass under way has just done, as means, and as the screen shows them.
+// Rows top .. bottom - 1, which the pass under way has just done, as means, and as the screen shows
+// them.
 static void show_rows(noise *n, int which, int top, int bottom) {
     run *r = &n->run[which];
     for (int y = top; y < bottom; y++) {
@@ -166,8 +168,8 @@ static void measure(noise *n) {
     n->measured = now();
 }
 
-// The next rows of a pass: whoever is free takes one, or a device as many as it should do in a quarter of the slice,
-// until the slice's time is over.
+// The next rows of a pass: whoever is free takes one, or a device as many as it should do in a
+// quarter of the slice, until the slice's time is over.
 static void render_slice(noise *n, int which) {
     run *r = &n->run[which];
     double start = now(), end = n->w.headless ? 1e30 : start + SLICE;
@@ -211,8 +213,8 @@ static void render_slice(noise *n, int which) {
     n->changed = 1;
 }
 
-// Whose turn it is; -1 when all is done. Plain and resampled take turns by whole passes, so that they cost the same;
-// the reference has half of the time.
+// Whose turn it is; -1 when all is done. Plain and resampled take turns by whole passes, so that
+// they cost the same; the reference has half of the time.
 static int next_run(const noise *n) {
     const run *plain = &n->run[PLAIN], *resampled = &n->run[RESAMPLED], *half = &n->run[HALF];
     const run *other = &n->run[OTHER_HALF];
@@ -253,7 +255,8 @@ static void begin_opening(noise *n) {
     job_begin(&n->opener, open_device, n);
 }
 
-// Takes the device when it is there. The pictures go on where they are: the samples are the same on every device.
+// Takes the device when it is there. The pictures go on where they are: the samples are the same on
+// every device.
 static void end_opening(noise *n) {
     if (!job_ends(&n->opener, 0)) return;
     if (n->open_result == SSS_CL_OK) {

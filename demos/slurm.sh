@@ -1,5 +1,6 @@
 #!/bin/sh
-# One part of a picture for each task of a Slurm array; see demos/hosts.md. SPDX-License-Identifier: MIT
+# One part of a picture for each task of a Slurm array; see demos/hosts.md. SPDX-License-Identifier:
+# MIT
 #SBATCH --job-name=render
 #SBATCH --array=0-7
 #SBATCH --ntasks=1

@@ -5,14 +5,14 @@
 
 static int lookup(const sss_medium *wax, uint32_t seed, sss_exit *exit) {
     sss_resampler s;
-    sss_probe probe;
 
     sss_begin(&s, wax, NULL, entry_position(), entry_normal(), seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
-        int k, count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
+        int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
 
-        for (k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
+        for (int k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
     }
     return sss_finish(&s, exit);
 }
@@ -21,16 +21,14 @@ int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.25f};
     static tally channel[3];
     sss_medium wax;
-    uint32_t i;
-    int c;
 
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < LOOKUPS; ++i) {
+    for (uint32_t i = 0; i < LOOKUPS; ++i) {
         sss_exit exit;
         int found = lookup(&wax, sss_hash(0, i), &exit);
 
         /* Here a renderer shades exit.position. No exit counts as zero. */
-        for (c = 0; c < 3; ++c) tally_add(&channel[c], found ? (double)exit.weight[c] : 0.0);
+        for (int c = 0; c < 3; ++c) tally_add(&channel[c], found ? (double)exit.weight[c] : 0.0);
     }
     print_channels(channel, &wax);
     return 0;

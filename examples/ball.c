@@ -21,11 +21,11 @@ static int ball_hits(sss_vec3 origin, sss_vec3 direction, float most, int moved,
     sss_vec3 o = vec(origin.x + shift * direction.x, origin.y + shift * direction.y,
                      origin.z + shift * direction.z);
     float b = dot(o, direction), root = b * b - dot(o, o) + RADIUS * RADIUS;
-    int i, count = 0;
+    int count = 0;
 
     if (root < 0.0f) return 0;
     root = sqrtf(root);
-    for (i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i) {
         float at = shift - b + (i ? root : -root);
 
         if (at >= 0.0f && at <= most) t[count++] = at;
@@ -36,24 +36,23 @@ static int ball_hits(sss_vec3 origin, sss_vec3 direction, float most, int moved,
 static void lookup(const sss_medium *m, uint32_t seed, int moved, float weight[3]) {
     sss_vec3 entry = vec(0.36f * RADIUS, 0.48f * RADIUS, 0.8f * RADIUS);
     sss_resampler s;
-    sss_probe p;
-    sss_exit exit;
-    float t[2];
-    int i;
 
     sss_begin(&s, m, NULL, entry, entry, seed);
+    sss_probe p;
+    float t[2];
+    int i;
     while (sss_next_probe(&s, &p)) {
         int count = ball_hits(p.origin, p.direction, p.length, moved, t);
 
         farthest = fmaxf(farthest, distance(p.origin, vec(0.0f, 0.0f, 0.0f)) / RADIUS);
         for (i = 0; i < count; ++i) {
-            sss_vec3 y =
-                vec(p.origin.x + t[i] * p.direction.x, p.origin.y + t[i] * p.direction.y,
-                    p.origin.z + t[i] * p.direction.z);
+            sss_vec3 y = vec(p.origin.x + t[i] * p.direction.x, p.origin.y + t[i] * p.direction.y,
+                             p.origin.z + t[i] * p.direction.z);
 
             sss_add_hit(&s, y, y, 1.0f);
         }
     }
+    sss_exit exit;
     i = sss_finish(&s, &exit);
     memset(weight, 0, 3 * sizeof *weight);
     if (i) memcpy(weight, exit.weight, sizeof exit.weight);
@@ -64,23 +63,22 @@ int main(void) {
     static const char *const name[3] = {"wide", "middle", "narrow"};
     static tally mean[3], loss, roulette;
     sss_medium m;
-    uint32_t i;
-    int c;
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < 8u * LOOKUPS; ++i) {
-        float moved[3], not_moved[3], chance;
+    for (uint32_t i = 0; i < 8u * LOOKUPS; ++i) {
+        float moved[3];
 
         lookup(&m, sss_hash(8, i), 1, moved);
+        float not_moved[3];
         lookup(&m, sss_hash(8, i), 0, not_moved);
-        for (c = 0; c < 3; ++c) tally_add(&mean[c], (double)moved[c]);
+        for (int c = 0; c < 3; ++c) tally_add(&mean[c], (double)moved[c]);
         tally_add(&loss, (double)not_moved[2] - (double)moved[2]);
 
         /* Below 1 the chance to live on and the division by it cancel in the mean. */
-        chance = fmaxf(moved[0], fmaxf(moved[1], moved[2]));
+        float chance = fmaxf(moved[0], fmaxf(moved[1], moved[2]));
         tally_add(&roulette, (double)(chance > 1.0f ? moved[1] / chance : moved[1]));
     }
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         tally_print(&mean[c], name[c], (double)sss_within(&m, c, 2.0f * RADIUS));
     printf("with a fault each: probes started up to %.1f radii away\n", (double)farthest);
     tally_print(&loss, "narrow, origin not moved", 0.0);

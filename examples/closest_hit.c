@@ -7,9 +7,9 @@
 
 static int lookup(const sss_medium *wax, uint32_t seed, sss_exit *exit) {
     sss_resampler s;
-    sss_probe probe;
 
     sss_begin(&s, wax, NULL, entry_position(), entry_normal(), seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit;
         float least = 0.0f;
@@ -26,15 +26,13 @@ int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.25f};
     static tally channel[3];
     sss_medium wax;
-    uint32_t i;
-    int c;
 
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < LOOKUPS; ++i) {
+    for (uint32_t i = 0; i < LOOKUPS; ++i) {
         sss_exit exit;
         int found = lookup(&wax, sss_hash(0, i), &exit);
 
-        for (c = 0; c < 3; ++c) tally_add(&channel[c], found ? (double)exit.weight[c] : 0.0);
+        for (int c = 0; c < 3; ++c) tally_add(&channel[c], found ? (double)exit.weight[c] : 0.0);
     }
     print_channels(channel, &wax);
     return 0;

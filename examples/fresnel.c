@@ -70,10 +70,9 @@ static sss_vec3 cosine_direction(float up, float u, float v) { /* up: the sign o
 /* One direction's part of the light that goes in at the exit: f cosine L / (sum of densities). */
 static float lit(sss_vec3 w, float up, float c) {
     float cosine = up * w.z;
-    float f;
 
     if (!(cosine > 0.0f)) return 0.0f;
-    f = (1.0f - fresnel(cosine, ETA)) / (c * PI); /* white Lambert would be 1 / PI */
+    float f = (1.0f - fresnel(cosine, ETA)) / (c * PI); /* white Lambert would be 1 / PI */
     return f * cosine * radiance(w) / (lamp_density(w) + cosine_density(cosine));
 }
 static float light_in(const sss_exit *exit, float c, uint32_t *state) {
@@ -89,9 +88,9 @@ static float light_in(const sss_exit *exit, float c, uint32_t *state) {
 /* The sky gives 1; the lamp adds the integral of f cosine over itself, by the midpoint rule. */
 static double lamp_adds(float c) {
     double sum = 0.0;
-    int i, n = 256;
+    int n = 256;
 
-    for (i = 0; i < n * n; ++i) {
+    for (int i = 0; i < n * n; ++i) {
         sss_vec3 w =
             lamp_direction(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
 
@@ -106,18 +105,16 @@ int main(void) {
     float c = mean_transmittance((double)ETA);
     float reflected = fresnel(VIEW, ETA); /* the renderer's specular lobe in a white sky */
     sss_medium m;
-    uint32_t i;
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < 4u * LOOKUPS; ++i) {
+    for (uint32_t i = 0; i < 4u * LOOKUPS; ++i) {
         uint32_t state = sss_hash(sss_hash(4, i), 1);
         float inside = 0.0f;
         sss_resampler s;
-        sss_probe probe;
-        sss_exit exit;
-        ray_hit hit;
 
         sss_begin(&s, &m, NULL, entry_position(), entry_normal(), sss_hash(4, i));
+        sss_probe probe;
+        ray_hit hit;
         while (sss_next_probe(&s, &probe)) {
             float least = 0.0f;
 
@@ -126,6 +123,7 @@ int main(void) {
                 least = nextafterf(hit.t, HUGE_VALF);
             }
         }
+        sss_exit exit;
         if (sss_finish(&s, &exit)) inside = exit.weight[0] * light_in(&exit, c, &state);
         tally_add(&seen, (double)(reflected + (1.0f - reflected) * inside));
 

@@ -16,11 +16,11 @@ static const char *const name[FAULTS] = {
     "ends 0.01 too soon", "hits of another object", "every hit twice", "shading normals"};
 
 static int probe_hits(const sss_probe *p, fault f, ray_hit *hits) {
-    int i, kept = 0;
+    int kept = 0;
     int count = all_hits(SLAB, p->origin, p->direction, p->length, hits);
 
     if (f == OTHERS) count += all_hits(PLATE, p->origin, p->direction, p->length, hits + count);
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         ray_hit h = hits[i];
 
         if (f == CLOSEST && i > 0) continue;
@@ -42,33 +42,33 @@ static int probe_hits(const sss_probe *p, fault f, ray_hit *hits) {
 
 static float lookup(const sss_medium *m, fault f, uint32_t seed) {
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
 
     sss_begin(&s, m, NULL, entry_position(), entry_normal(), seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hits[2 * MOST_HITS];
-        int i, count = probe_hits(&probe, f, hits);
+        int count = probe_hits(&probe, f, hits);
 
-        for (i = 0; i < count; ++i) {
+        for (int i = 0; i < count; ++i) {
             sss_add_hit(&s, hits[i].position, hits[i].normal, 1.0f);
             if (f == TWICE) sss_add_hit(&s, hits[i].position, hits[i].normal, 1.0f);
         }
     }
+    sss_exit exit;
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 
 static float walk(const sss_medium *m, uint32_t seed) {
     sss_plan plan = {1, 1, SSS_WALK, 0, 0, 0};
     sss_resampler s;
-    sss_probe segment;
-    sss_exit exit;
-    ray_hit hit;
 
     sss_begin(&s, m, &plan, entry_position(), entry_normal(), seed);
+    sss_probe segment;
+    ray_hit hit;
     while (sss_next_probe(&s, &segment))
         if (closest_hit(SLAB, segment.origin, segment.direction, 0.0f, segment.length, &hit))
             sss_add_hit(&s, hit.position, hit.normal, 1.0f);
+    sss_exit exit;
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 
@@ -76,17 +76,15 @@ int main(void) {
     static const float white[3] = {1.0f, 1.0f, 1.0f}, dmfp[3] = {3.0f, 3.0f, 3.0f};
     static tally walked, profile[FAULTS];
     sss_medium m;
-    uint32_t i;
-    int f;
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < LOOKUPS; ++i) {
+    for (uint32_t i = 0; i < LOOKUPS; ++i) {
         tally_add(&walked, (double)walk(&m, sss_hash(5, i)));
-        for (f = NONE; f < FAULTS; ++f)
+        for (int f = NONE; f < FAULTS; ++f)
             tally_add(&profile[f], (double)lookup(&m, (fault)f, sss_hash(6, i)));
     }
     tally_print(&walked, "the walk", 1.0);
-    for (f = NONE; f < FAULTS; ++f) {
+    for (int f = NONE; f < FAULTS; ++f) {
         if (f == CLOSEST) puts("with a fault each:");
         tally_print(&profile[f], name[f], slab_integral(&m, 0));
     }

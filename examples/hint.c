@@ -25,9 +25,8 @@ static float unshadowed(const lamp *l, sss_vec3 p, sss_vec3 n) {
 }
 static float irradiance(sss_vec3 p, sss_vec3 n) {
     float e = SKY;
-    int i;
 
-    for (i = 0; i < 2; ++i)
+    for (int i = 0; i < 2; ++i)
         if (!(p.x > lamps[i].shadow_from && p.x < lamps[i].shadow_to))
             e += unshadowed(&lamps[i], p, n);
     return e;
@@ -38,21 +37,21 @@ static float hint(sss_vec3 p, sss_vec3 n, float floor_of_hint) {
 
 static float lookup(const sss_medium *m, float floor_of_hint, uint32_t seed) {
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
 
     sss_begin(&s, m, NULL, entry_position(), entry_normal(), seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
-        int k, count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
+        int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
 
-        for (k = 0; k < count; ++k) {
+        for (int k = 0; k < count; ++k) {
             float light =
                 floor_of_hint > 0.0f ? hint(hit[k].position, hit[k].normal, floor_of_hint) : 1.0f;
 
             sss_add_hit(&s, hit[k].position, hit[k].normal, light);
         }
     }
+    sss_exit exit;
     if (!sss_finish(&s, &exit)) return 0.0f;
     return exit.weight[0] * irradiance(exit.position, exit.normal);
 }
@@ -61,19 +60,18 @@ static float lookup(const sss_medium *m, float floor_of_hint, uint32_t seed) {
 static double truth(const sss_medium *m) {
     const int rings = 4000, turns = 512;
     double sum = 0.0, before = 0.0;
-    int face, i, k;
 
-    for (face = 0; face < 2; ++face) {
+    for (int face = 0; face < 2; ++face) {
         float depth = face ? THICKNESS : 0.0f;
 
         before = (double)sss_within(m, 0, depth);
-        for (i = 0; i < rings; ++i) {
+        for (int i = 0; i < rings; ++i) {
             float middle = 6.0f * ((float)i + 0.5f) / (float)rings;
             float outer = 6.0f * (float)(i + 1) / (float)rings;
             double after = (double)sss_within(m, 0, sqrtf(outer * outer + depth * depth));
             double around = 0.0;
 
-            for (k = 0; k < turns; ++k) {
+            for (int k = 0; k < turns; ++k) {
                 float angle = 2.0f * PI * ((float)k + 0.5f) / (float)turns;
                 sss_vec3 p = vec(0.3f + middle * cosf(angle), 0.1f + middle * sinf(angle), -depth);
 
@@ -90,18 +88,15 @@ int main(void) {
     static const float albedo[3] = {0.9f, 0.9f, 0.9f}, dmfp[3] = {1.0f, 1.0f, 1.0f};
     static const float of_sky[6] = {0.0f, 0.1f, 0.3f, 1.0f, 2.0f, 10.0f};
     sss_medium m;
-    double right;
-    uint32_t i;
-    int k;
 
     if (sss_burley(&m, albedo, dmfp) != SSS_OK) return 1;
-    right = truth(&m);
-    for (k = 0; k < 6; ++k) {
+    double right = truth(&m);
+    for (int k = 0; k < 6; ++k) {
         tally t = {0.0, 0.0, 0};
-        char line[64];
 
-        for (i = 0; i < 2u * LOOKUPS; ++i)
+        for (uint32_t i = 0; i < 2u * LOOKUPS; ++i)
             tally_add(&t, (double)lookup(&m, of_sky[k] * SKY, sss_hash(7u + (uint32_t)k, i)));
+        char line[64];
         snprintf(line, sizeof line, k ? "floor %g times the sky" : "no hint", (double)of_sky[k]);
         tally_print(&t, line, right);
     }

@@ -73,11 +73,11 @@ static inline int meets(int object, int i, sss_vec3 origin, sss_vec3 direction, 
 /* The nearest hit on one object with least <= t <= most; 0 for none. */
 static inline int closest_hit(int object, sss_vec3 origin, sss_vec3 direction, float least,
                               float most, ray_hit *hit) {
-    ray_hit other;
-    int i, found = 0;
+    int found = 0;
 
     memset(hit, 0, sizeof *hit);
-    for (i = 0; i < 12; ++i) {
+    ray_hit other;
+    for (int i = 0; i < 12; ++i) {
         if (!meets(object, i, origin, direction, &other)) continue;
         if (!(other.t >= least && other.t <= most)) continue;
         if (found && other.t >= hit->t) continue;
@@ -91,9 +91,9 @@ static inline int closest_hit(int object, sss_vec3 origin, sss_vec3 direction, f
 static inline int all_hits(int object, sss_vec3 origin, sss_vec3 direction, float most,
                            ray_hit *hits) {
     ray_hit other;
-    int i, place, count = 0;
+    int place, count = 0;
 
-    for (i = 0; i < 12 && count < MOST_HITS; ++i) {
+    for (int i = 0; i < 12 && count < MOST_HITS; ++i) {
         if (!meets(object, i, origin, direction, &other)) continue;
         if (!(other.t >= 0.0f && other.t <= most)) continue;
         for (place = count++; place > 0 && hits[place - 1].t > other.t; --place)
@@ -128,9 +128,8 @@ static inline double slab_integral(const sss_medium *m, int channel) {
 }
 static inline void print_channels(const tally channel[3], const sss_medium *m) {
     static const char *const name[3] = {"red", "green", "blue"};
-    int c;
 
-    for (c = 0; c < 3; ++c) tally_print(&channel[c], name[c], slab_integral(m, c));
+    for (int c = 0; c < 3; ++c) tally_print(&channel[c], name[c], slab_integral(m, c));
 }
 
 #endif

@@ -34,33 +34,30 @@ int main(void) {
     static const float length[3] = {0.3f, 0.2f, 0.1f};
     static tally channel[3];
     float dmfp_bright[3], dmfp_dark[3];
-    uint32_t i;
-    int c;
 
     /* The scattering length of Burley's profile is dmfp / (3.5 + 100 (A - 0.33)^4). */
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         dmfp_bright[c] = length[c] * (3.5f + 100.0f * powf(bright[c] - 0.33f, 4.0f));
         dmfp_dark[c] = length[c] * (3.5f + 100.0f * powf(dark[c] - 0.33f, 4.0f));
     }
     if (sss_burley(&inside, bright, dmfp_bright) != SSS_OK) return 1;
     if (sss_burley(&outside, dark, dmfp_dark) != SSS_OK) return 1;
 
-    for (i = 0; i < LOOKUPS; ++i) {
+    for (uint32_t i = 0; i < LOOKUPS; ++i) {
         const sss_medium *here = medium_at(entry_position());
         sss_resampler s;
-        sss_probe probe;
-        sss_exit exit;
-        ray_hit hit[MOST_HITS];
-        int k, found;
 
         sss_begin(&s, here, NULL, entry_position(), entry_normal(), sss_hash(3, i));
+        sss_probe probe;
+        ray_hit hit[MOST_HITS];
         while (sss_next_probe(&s, &probe)) {
             int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
 
-            for (k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
+            for (int k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
         }
-        found = sss_finish(&s, &exit);
-        for (c = 0; c < 3; ++c) {
+        sss_exit exit;
+        int found = sss_finish(&s, &exit);
+        for (int c = 0; c < 3; ++c) {
             float r = found ? distance(entry_position(), exit.position) : 0.0f;
             float theirs = sss_profile(here, c, r);
             float right = found && theirs > 0.0f
@@ -70,6 +67,6 @@ int main(void) {
             tally_add(&channel[c], found ? (double)(exit.weight[c] * right) : 0.0);
         }
     }
-    for (c = 0; c < 3; ++c) tally_print(&channel[c], name[c], truth(c));
+    for (int c = 0; c < 3; ++c) tally_print(&channel[c], name[c], truth(c));
     return 0;
 }

@@ -20,14 +20,14 @@ static sss_vec3 pixel_position(int i) {
 
 static void lookup(const sss_medium *wax, int i, uint32_t seed, pixel *p) {
     sss_resampler s;
-    sss_probe probe;
 
     sss_begin(&s, wax, NULL, pixel_position(i), entry_normal(), seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
-        int k, count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
+        int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
 
-        for (k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
+        for (int k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
     }
     p->found = sss_finish(&s, &p->exit);
 }
@@ -40,28 +40,25 @@ static float irradiance(const sss_exit *exit) {
 int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.25f};
     static tally own, shared;
-    sss_entry entry[PIXELS];
     sss_medium wax;
-    uint32_t tile;
-    int i, k;
 
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
-    for (i = 0; i < PIXELS; ++i) {
+    sss_entry entry[PIXELS];
+    for (int i = 0; i < PIXELS; ++i) {
         entry[i].position = pixel_position(i);
         entry[i].medium = &wax;
     }
-    for (tile = 0; tile < LOOKUPS / PIXELS; ++tile) {
+    for (uint32_t tile = 0; tile < LOOKUPS / PIXELS; ++tile) {
         pixel pixels[PIXELS];
         float sum[PIXELS] = {0.0f};
 
-        for (i = 0; i < PIXELS; ++i) lookup(&wax, i, sss_hash((uint32_t)i, tile), &pixels[i]);
-        for (i = 0; i < PIXELS; ++i) {
-            float weight[PIXELS][3], light;
-
+        for (int i = 0; i < PIXELS; ++i) lookup(&wax, i, sss_hash((uint32_t)i, tile), &pixels[i]);
+        for (int i = 0; i < PIXELS; ++i) {
             if (!pixels[i].found) continue;
-            light = irradiance(&pixels[i].exit); /* shaded once, for all */
+            float light = irradiance(&pixels[i].exit); /* shaded once, for all */
+            float weight[PIXELS][3];
             sss_share(&pixels[i].exit, entry, PIXELS, i, PIXEL, weight);
-            for (k = 0; k < PIXELS; ++k) sum[k] += weight[k][0] * light;
+            for (int k = 0; k < PIXELS; ++k) sum[k] += weight[k][0] * light;
         }
 
         /* The light ends right at the first pixel: it gets half of the upper face's. */

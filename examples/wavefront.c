@@ -23,17 +23,16 @@ static void trace_kernel(uint32_t i) {
         hits[i] = all_hits(SLAB, probe[i].origin, probe[i].direction, probe[i].length, hit[i]);
 }
 static void add_kernel(uint32_t i) {
-    int k;
-
-    for (k = 0; k < hits[i]; ++k)
+    for (int k = 0; k < hits[i]; ++k)
         sss_add_hit(&state[i], hit[i][k].position, hit[i][k].normal, 1.0f);
 }
 static void finish_kernel(uint32_t i) { alive[i] = sss_finish(&state[i], &exits[i]); }
 
 static void wave(uint32_t first) {
-    uint32_t i, busy;
+    uint32_t i;
 
     for (i = 0; i < WAVE; ++i) begin_kernel(i, first);
+    uint32_t busy;
     do {
         for (i = 0; i < WAVE; ++i) probe_kernel(i);
         for (i = 0; i < WAVE; ++i) trace_kernel(i);
@@ -46,14 +45,12 @@ static void wave(uint32_t first) {
 int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.25f};
     static tally channel[3];
-    uint32_t first, i;
-    int c;
 
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
-    for (first = 0; first < LOOKUPS; first += WAVE) {
+    for (uint32_t first = 0; first < LOOKUPS; first += WAVE) {
         wave(first);
-        for (i = 0; i < WAVE; ++i)
-            for (c = 0; c < 3; ++c)
+        for (uint32_t i = 0; i < WAVE; ++i)
+            for (int c = 0; c < 3; ++c)
                 tally_add(&channel[c], alive[i] ? (double)exits[i].weight[c] : 0.0);
     }
     print_channels(channel, &wax);

@@ -41,11 +41,10 @@ static sss_vec3 some_vector(uint32_t seed) {
 // Two hits on each probe, at places and with normals of no particular surface: only the bits matter
 // here. Walks meet the surface on one segment of four, and scatter.
 static void add_probe(sss_resampler *s, const sss_probe *probe, uint32_t seed) {
-    int i;
     add_vector(probe->origin);
     add_vector(probe->direction);
     add(probe->length);
-    for (i = 0; i < (s->walks && seed % 4u ? 0 : 2); ++i) {
+    for (int i = 0; i < (s->walks && seed % 4u ? 0 : 2); ++i) {
         uint32_t name = sss_hash(seed, (uint32_t)i);
         float t = probe->length * sssi_unit(name);
         sss_vec3 n = some_vector(name);
@@ -62,39 +61,36 @@ static void add_share(const sss_medium *m, const sss_exit *exit, sss_vec3 x, uin
     enum { GROUP = 11 };
     sss_entry group[GROUP];
     sss_medium other = *m;
-    float weight[GROUP][3];
-    int i;
-    int c;
-    int media;
-    for (i = 0; i < GROUP; ++i) {
+    for (int i = 0; i < GROUP; ++i) {
         sss_vec3 off = some_vector(seed + 10u + (uint32_t)i);
         group[i].position = sssi_add(x, sssi_mul(off, 0.1f * (float)i));
         group[i].medium = m;
     }
 
-    for (media = 1; media <= 2; ++media) {
+    float weight[GROUP][3];
+    for (int media = 1; media <= 2; ++media) {
         if (media == 2) group[3].medium = &other;
         sss_share(exit, group, GROUP, 0, 0.1f, weight);
-        for (i = 0; i < GROUP; ++i) {
-            for (c = 0; c < 3; ++c) add(weight[i][c]);
+        for (int i = 0; i < GROUP; ++i) {
+            for (int c = 0; c < 3; ++c) add(weight[i][c]);
         }
     }
 }
 
 static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed) {
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS];
     sss_vec3 x = some_vector(seed), n = some_vector(seed + 1u);
-    int i, c, count, probes = 0;
+    int probes = 0;
     add_bits((uint32_t)sss_begin_sample(&s, m, plan, x, n, seed, seed & 3u));
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) add_probe(&s, &probe, sss_hash(seed, (uint32_t)++probes));
-    count = sss_finish(&s, exits);
+    sss_exit exits[SSS_MAX_EXITS];
+    int count = sss_finish(&s, exits);
     add_bits((uint32_t)count);
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         add_vector(exits[i].position);
         add_vector(exits[i].normal);
-        for (c = 0; c < 3; ++c) add(exits[i].weight[c]);
+        for (int c = 0; c < 3; ++c) add(exits[i].weight[c]);
         add_bits((uint32_t)exits[i].hit);
         add(exits[i].mass);
         if (seed % 4u == 0u) add_share(m, &exits[i], x, seed);
@@ -104,10 +100,8 @@ static void add_lookup(const sss_medium *m, const sss_plan *plan, uint32_t seed)
 static void add_plans(const sss_medium *m, uint32_t seed) {
     static const int counts[] = {0, 1, 2, 3, 7, 8, 13, 16};
     enum { COUNTS = sizeof counts / sizeof *counts, SETS = 18 };
-    unsigned set;
-    unsigned i;
-    for (set = 0; set < SETS; ++set) {
-        for (i = 0; i < 2u * COUNTS; ++i) {
+    for (unsigned set = 0; set < SETS; ++set) {
+        for (unsigned i = 0; i < 2u * COUNTS; ++i) {
             sss_plan plan;
             plan.candidates = counts[i / 2u];
             plan.exits = (int)((set + i) % (SSS_MAX_EXITS + 1u));
@@ -124,9 +118,7 @@ static void add_plans(const sss_medium *m, uint32_t seed) {
 static void add_medium(const sss_medium *m) {
     static const float radius[] = {0.0f, 1e-9f, 1e-4f, 0.01f, 0.1f, 0.3f,
                                    1.0f, 2.5f,  7.0f,  30.0f, 1e3f, 1e20f};
-    unsigned i;
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         add(m->albedo[c]);
         add(m->length[c]);
         add(m->zv[c]);
@@ -135,7 +127,7 @@ static void add_medium(const sss_medium *m) {
         add(m->fluence[c]);
         add(m->extinction[c]);
         add(m->similarity[c]);
-        for (i = 0; i < sizeof radius / sizeof *radius; ++i) {
+        for (unsigned i = 0; i < sizeof radius / sizeof *radius; ++i) {
             add(sss_profile(m, c, radius[i]));
             add(sss_within(m, c, radius[i]));
         }
@@ -145,13 +137,12 @@ static void add_medium(const sss_medium *m) {
 
 static void add_advice(const sss_medium *m, float footprint, float curvature, float cost) {
     sss_need need;
-    sss_plan plan;
     need.footprint = footprint;
     need.curvature_radius = curvature;
     need.shading_cost = cost;
     need.tolerance = 0.1f * cost;
     need.hinted = cost > 1.0f;
-    plan = sss_plan_for(m, &need);
+    sss_plan plan = sss_plan_for(m, &need);
     add_bits((uint32_t)plan.candidates);
     add_bits((uint32_t)plan.exits);
     add_bits(plan.techniques);
@@ -181,10 +172,7 @@ static void add_profile(int profile, const float *albedo, const float *length, f
 static int limits_hold(void) {
     static const float albedo[3] = {0.9f, 0.5f, 0.2f}, length[3] = {1.0f, 0.5f, 0.2f};
     sss_medium m;
-    sss_resampler s;
-    sss_probe probe;
     sss_plan plan;
-    sss_need need;
     sss_vec3 x = {0.0f, 0.0f, 0.0f}, n = {0.0f, 0.0f, 1.0f};
     int good = sss_burley(&m, albedo, length) == SSS_OK, probes = 0;
     plan.candidates = SSS_MAX_CANDIDATES;
@@ -193,7 +181,9 @@ static int limits_hold(void) {
     plan.independent = 0;
     plan.per_channel = 0;
     plan.tile = 0;
+    sss_resampler s;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_OK;
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) ++probes;
     good &= probes == SSS_MAX_CANDIDATES;
     plan.candidates = SSS_MAX_CANDIDATES + 1;
@@ -201,6 +191,7 @@ static int limits_hold(void) {
     plan.candidates = SSS_MAX_CANDIDATES;
     plan.exits = SSS_MAX_EXITS + 1;
     good &= sss_begin(&s, &m, &plan, x, n, 1u) == SSS_BAD_PLAN;
+    sss_need need;
     need.footprint = 0.0f;
     need.curvature_radius = 0.9f * m.r_max; // neither flat nor so small that it is walked
     need.tolerance = 0.9f;
@@ -218,8 +209,7 @@ static void add_all(void) {
     static const float length[4][3] = {
         {1.0f, 1.0f, 1.0f}, {1.0f, 0.3f, 0.05f}, {0.2f, 2.0f, 0.7f}, {3.0f, 0.0f, 0.01f}};
     static const float eta[4] = {1.0f, 1.33f, 0.8f, 1.5f};
-    uint32_t i;
-    for (i = 0; i < 24u; ++i) {
+    for (uint32_t i = 0; i < 24u; ++i) {
         add_profile((int)(i / 4u), albedo[i % 4u], length[i % 4u], eta[i % 4u], 1000u * i);
     }
 }

@@ -1,5 +1,6 @@
-# What the shell tests share; sourced by them from the top of the repository. They speak TAP. BUILD names where the
-# programs are; with --long as the first word a test goes on after what is quick. SPDX-License-Identifier: MIT
+# What the shell tests share; sourced by them from the top of the repository. They speak TAP. BUILD
+# names where the programs are; with --long as the first word a test goes on after what is quick.
+# SPDX-License-Identifier: MIT
 checks=0 failed=0 in_long_run=
 [ "${1:-}" != --long ] || in_long_run=1
 build=$(cd "${BUILD:-build}" 2>/dev/null && pwd) || build=none
@@ -49,8 +50,8 @@ needs() {
     done
 }
 
-# refuses CODE PROGRAM WORDS...: this exit code, one line of complaint, nothing on the standard output. It runs where no
-# stray file can stay.
+# refuses CODE PROGRAM WORDS...: this exit code, one line of complaint, nothing on the standard
+# output. It runs where no stray file can stay.
 refuses() {
     local expected=$1 code lines
     shift
@@ -71,7 +72,8 @@ help_tells() {
     done
 }
 
-# until_true COMMAND...: up to half a minute, or `tries` times 0.1: long enough for a machine that does much else.
+# until_true COMMAND...: up to half a minute, or `tries` times 0.1: long enough for a machine that
+# does much else.
 until_true() {
     local i
     for ((i = 0; i < ${tries:-300}; i++)); do

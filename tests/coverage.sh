@@ -7,7 +7,8 @@ tests="profiles robust fuzz"
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 
-# Every function of the header stands in every program once and is not inlined, so that counts can be added up.
+# Every function of the header stands in every program once and is not inlined, so that counts can
+# be added up.
 flags="-std=c99 -O0 -ffp-contract=off -fno-math-errno -fno-trapping-math -fopenmp --coverage -fprofile-update=atomic
     -fkeep-static-functions -fkeep-inline-functions -Dalways_inline=unused -I. -Itests"
 count() { # SOURCE [LIBRARY]: builds and runs a program, and leaves its counts

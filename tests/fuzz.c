@@ -25,7 +25,6 @@ typedef struct bytes {
 
 static uint32_t draw(bytes *b, size_t count) { // 1 or 4 bytes
     uint32_t bits = 0;
-    size_t i;
     if (b->left < count) {
         uint64_t z = b->state += UINT64_C(0x9e3779b97f4a7c15); // splitmix64
         b->left = 0;
@@ -33,7 +32,7 @@ static uint32_t draw(bytes *b, size_t count) { // 1 or 4 bytes
         z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
         return (uint32_t)(z >> 32) >> (32u - 8u * (uint32_t)count);
     }
-    for (i = 0; i < count; ++i) bits |= (uint32_t)b->at[i] << (8u * i);
+    for (size_t i = 0; i < count; ++i) bits |= (uint32_t)b->at[i] << (8u * i);
     b->at += count;
     b->left -= count;
     return bits;
@@ -108,10 +107,9 @@ typedef struct subject {
 static void any_parameters(bytes *b, int by_albedo, float v[7]) {
     static const float albedos[] = {0.0f, 1.0f,   0.99999994f, 0.9999999f,
                                     0.5f, 1e-30f, 1e-4f,       1e-40f};
-    int good = !chance(b, 4), alike = chance(b, 2), base = alike ? (int)(draw(b, 1) % 72u) - 36 : 0,
-        c;
-    for (c = 0; c < 7 && !good; ++c) v[c] = any_float(b);
-    for (c = 0; c < 3 && good; ++c) {
+    int good = !chance(b, 4), alike = chance(b, 2), base = alike ? (int)(draw(b, 1) % 72u) - 36 : 0;
+    for (int c = 0; c < 7 && !good; ++c) v[c] = any_float(b);
+    for (int c = 0; c < 3 && good; ++c) {
         v[c] = !by_albedo ? between(b, -39, 39) : chance(b, 2) ? unit(b) : albedos[draw(b, 1) % 8u];
         v[c + 3] = chance(b, 16) ? 0.0f
                    : alike       ? between(b, base - 2, base + 2)
@@ -132,19 +130,17 @@ static sss_result construct(uint32_t which, sss_medium *m, const float v[7]) {
 }
 static const char *make_medium(bytes *b, subject *k) {
     uint32_t which = draw(b, 1) % CONSTRUCTORS;
-    int by_albedo = which != DIPOLE && which != BETTER, good_albedo = 1, good_length = 1, good_eta,
-        c;
+    int by_albedo = which != DIPOLE && which != BETTER, good_albedo = 1, good_length = 1;
     float v[7];
     sss_medium *m = &k->medium;
-    sss_result result;
     any_parameters(b, by_albedo, v);
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         if (by_albedo) good_albedo &= is_within(v[c], 0.0, 1.0);
         else good_length &= is_length(v[c]);
         good_length &= is_length(v[c + 3]);
     }
-    good_eta = which <= BURLEY_MFP || is_within(v[6], (double)0.2f, 5.0);
-    result = construct(which, m, v);
+    int good_eta = which <= BURLEY_MFP || is_within(v[6], (double)0.2f, 5.0);
+    sss_result result = construct(which, m, v);
     if (!is_named(result)) return "a constructor's result has no name";
     if ((result == SSS_OK) != (good_albedo && good_length && good_eta))
         return "a medium accepted or refused wrongly";
@@ -155,7 +151,7 @@ static const char *make_medium(bytes *b, subject *k) {
     if (result > SSS_BAD_ETA) return "a result that no constructor has";
     k->sup = which <= BURLEY_MFP ? 1.0 : (double)v[6] <= 2.0 ? 3.3 : 8.3;
     k->live = k->lambert = 0;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         if (!is_within(m->albedo[c], 0.0, 1.0)) return "a medium's albedo";
         if (result != SSS_OK && m->albedo[c] != 0.0f) return "a refused medium is not black";
         k->live += m->albedo[c] > 0.0f && m->length[c] > 0.0f;
@@ -165,12 +161,11 @@ static const char *make_medium(bytes *b, subject *k) {
 }
 
 static const char *check_numbers(bytes *b, const sss_medium *m) {
-    int i;
-    for (i = 0; i < 4; ++i) {
-        float r = any_float(b), rd, within;
+    for (int i = 0; i < 4; ++i) {
+        float r = any_float(b);
         int c = (int)(draw(b, 1) % 5u) - 1, channel = c >= 0 && c < 3;
-        rd = sss_profile(m, c, r);
-        within = sss_within(m, c, r);
+        float rd = sss_profile(m, c, r);
+        float within = sss_within(m, c, r);
         if (!is_within(rd, 0.0, (double)FLT_MAX)) return "sss_profile";
         if (!is_within(within, 0.0, channel ? (double)m->albedo[c] : 0.0)) return "sss_within";
         if ((!channel || !((double)r >= 0.0)) && (rd != 0.0f || within != 0.0f))
@@ -181,12 +176,12 @@ static const char *check_numbers(bytes *b, const sss_medium *m) {
 
 // Mostly few candidates and exits; else more, out of range, or any bits at all.
 static sss_plan any_plan(bytes *b) {
-    uint32_t kind = draw(b, 1), choices;
+    uint32_t kind = draw(b, 1);
     sss_plan plan;
     plan.candidates = (int)(draw(b, 1) % 4u);
     plan.exits = (int)(draw(b, 1) % (SSS_MAX_EXITS + 1u));
     plan.techniques = draw(b, 1) % 16u;
-    choices = draw(b, 1);
+    uint32_t choices = draw(b, 1);
     plan.independent = (int)(choices % 2u);
     plan.per_channel = choices / 2u % 4u == 0u;
     plan.tile = (int)choices - 128;
@@ -211,7 +206,6 @@ static int is_plan(const sss_plan *plan) {
 // The model that is good enough for a need: one of four, in a plan that is taken.
 static const char *check_need(bytes *b, const subject *k, sss_plan *plan) {
     sss_need need;
-    int one_disk;
 
     need.footprint = any_float(b);
     need.curvature_radius = any_float(b);
@@ -219,7 +213,7 @@ static const char *check_need(bytes *b, const subject *k, sss_plan *plan) {
     need.tolerance = need.shading_cost;
     need.hinted = need.footprint > 1.0f;
     *plan = sss_plan_for(&k->medium, &need);
-    one_disk = plan->techniques == SSS_DISK && plan->candidates == 1;
+    int one_disk = plan->techniques == SSS_DISK && plan->candidates == 1;
     if (plan->techniques && !one_disk && plan->techniques != SSS_WALK &&
         plan->techniques != SSS_LAMBERT)
         return "the plan's techniques";
@@ -232,10 +226,9 @@ static const char *check_need(bytes *b, const subject *k, sss_plan *plan) {
 // are without a profile.
 static subject as_seen(const subject *k, const sss_plan *plan) {
     subject seen = *k;
-    int c;
 
     seen.live = seen.lambert = 0;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         if (plan->techniques == SSS_LAMBERT) seen.medium.length[c] = 0.0f;
         if (plan->techniques == SSS_WALK && !(k->medium.extinction[c] > 0.0f))
             seen.medium.length[c] = 0.0f;
@@ -256,11 +249,11 @@ typedef struct tally {
 static const char *add_hit(bytes *b, sss_resampler *s, const sss_probe *probe, sss_vec3 entry,
                            int exit, tally *t) {
     uint32_t kind = draw(b, 1);
-    float along = probe->length * unit(b), light = kind & 8u ? any_float(b) : 1.0f, mu;
+    float along = probe->length * unit(b), light = kind & 8u ? any_float(b) : 1.0f;
     sss_vec3 x = entry, n = any_vector(b);
     if (kind % 8u == 0u) x = any_vector(b);
     if (kind % 8u > 1u) x = sssi_add(probe->origin, sssi_mul(probe->direction, along));
-    mu = sss_intensity(s, x, n);
+    float mu = sss_intensity(s, x, n);
     if (!is_within(mu, 0.0, (double)FLT_MAX)) return "sss_intensity";
     sss_add_hit(s, x, n, light);
     if (is_finite3(x) && is_normal(n) &&
@@ -280,9 +273,9 @@ static const char *add_hit(bytes *b, sss_resampler *s, const sss_probe *probe, s
 // Chord's share of the probes; 0: no bound is stated, or it is that of Lambert, for which any share
 // does.
 static double chord_share(unsigned techniques) {
-    int t, n = 0;
+    int n = 0;
     if (techniques == SSS_LAMBERT) return 1.0;
-    for (t = 0; t < 4; ++t) n += (int)(techniques >> t & 1u);
+    for (int t = 0; t < 4; ++t) n += (int)(techniques >> t & 1u);
     return !techniques ? 0.25 : techniques & SSS_CHORD ? 1.0 / n : 0.0;
 }
 /* The greatest weight in channel c. A hit's part is at most hit = 2 b / (share M) of the target,
@@ -292,10 +285,10 @@ static double chord_share(unsigned techniques) {
    sum for each hit, and a few. */
 static double greatest_weight(const subject *k, int c, const sss_plan *plan, const tally *t,
                               int exit) {
-    double share = chord_share(plan->techniques), albedo = (double)k->medium.albedo[c], most, hit;
+    double share = chord_share(plan->techniques), albedo = (double)k->medium.albedo[c];
     if (share == 0.0) return (double)FLT_MAX;
-    hit = 2.0 * k->sup / (share * (plan->candidates ? plan->candidates : 8));
-    most = t->hits[exit] ? k->live * hit * t->light[exit] / t->least[exit] : 0.0;
+    double hit = 2.0 * k->sup / (share * (plan->candidates ? plan->candidates : 8));
+    double most = t->hits[exit] ? k->live * hit * t->light[exit] / t->least[exit] : 0.0;
     if (exit == 0 && k->lambert && t->hits[0] && !plan->per_channel)
         most += k->lambert * t->greatest[0] / t->least[0];
     if (!(k->medium.length[c] > 0.0f))
@@ -304,20 +297,22 @@ static double greatest_weight(const subject *k, int c, const sss_plan *plan, con
 }
 static const char *check_exits(const subject *k, const sss_plan *plan, const tally *t,
                                const sss_exit *exits, int count) {
-    int i, c, e, exits_of_plan = plan->exits ? plan->exits : 1;
+    int exits_of_plan = plan->exits ? plan->exits : 1;
     if (count < 0 || count > (plan->per_channel ? k->live + (k->lambert > 0) : exits_of_plan))
         return "the number of exits";
-    for (i = 0; i < count; ++i) {
+    int e;
+    for (int i = 0; i < count; ++i) {
         sss_vec3 n = exits[i].normal;
-        double most, length = sqrt((double)n.x * (double)n.x + (double)n.y * (double)n.y +
-                                   (double)n.z * (double)n.z);
+        double length =
+            sqrt((double)n.x * (double)n.x + (double)n.y * (double)n.y + (double)n.z * (double)n.z);
         if (!is_finite3(exits[i].position) || !(fabs(length - 1.0) < 1e-6))
             return "an exit's place or normal";
         if (!is_within(exits[i].mass, 0.0, (double)FLT_MAX))
             return "a mass is negative or not finite";
         if (exits[i].hit < -1 || (exits[i].hit < 0 && !k->lambert))
             return "the number of an exit's hit";
-        for (c = 0; c < 3; ++c) {
+        double most;
+        for (int c = 0; c < 3; ++c) {
             if (!is_within(exits[i].weight[c], 0.0, (double)FLT_MAX))
                 return "a weight is negative or not finite";
             for (e = 0, most = 0.0; e < exits_of_plan; ++e)
@@ -331,17 +326,16 @@ static const char *check_exits(const subject *k, const sss_plan *plan, const tal
 // What an exit is worth to others, among them an entry on the exit.
 static const char *check_share(bytes *b, const subject *k, const sss_exit *exit, sss_vec3 entry) {
     sss_entry group[3];
-    float weight[3][3];
-    int i, c;
 
-    for (i = 0; i < 3; ++i) group[i].medium = &k->medium;
+    for (int i = 0; i < 3; ++i) group[i].medium = &k->medium;
     group[0].position = entry;
     group[1].position = exit->position;
     group[2].position = any_vector(b);
     if (!is_finite3(group[2].position)) group[2].position = entry;
+    float weight[3][3];
     sss_share(exit, group, 3, 0, 1e-3f, weight);
-    for (i = 0; i < 3; ++i) {
-        for (c = 0; c < 3; ++c) {
+    for (int i = 0; i < 3; ++i) {
+        for (int c = 0; c < 3; ++c) {
             double most = (double)k->medium.albedo[c] * 3.0 * (double)exit->mass * (1.0 + 1e-5);
 
             if (!is_within(weight[i][c], 0.0, (double)FLT_MAX))
@@ -357,13 +351,13 @@ static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, cons
                               sss_vec3 entry) {
     int limit = plan->candidates ? plan->candidates : 8,
         exits_of_plan = plan->exits ? plan->exits : 1;
-    int walks = plan->techniques == SSS_WALK, probes, i, count;
+    int walks = plan->techniques == SSS_WALK;
     uint32_t crowd = draw(b, 1);
     tally t = {{0.0}, {0.0}, {0.0}, {0}, 0};
-    sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS], again[SSS_MAX_EXITS];
-    const char *wrong;
     if (crowd == 0u) sss_add_hit(s, entry, entry, 1.0f); // of no probe
+    int probes;
+    sss_probe probe;
+    const char *wrong;
     for (probes = 0; sss_next_probe(s, &probe); ++probes) {
         sss_vec3 d = probe.direction;
         double length =
@@ -373,17 +367,19 @@ static const char *run_probes(bytes *b, sss_resampler *s, const subject *k, cons
         if (!is_finite3(probe.origin) || !(fabs(length - 1.0) < 1e-6))
             return "a probe's origin or direction";
         if (!is_within(probe.length, (double)FLT_MIN, (double)FLT_MAX)) return "a probe's length";
-        for (i = 0; i < hits; ++i) // s->next: some of the plan's probes may be none
+        for (int i = 0; i < hits; ++i) // s->next: some of the plan's probes may be none
             if ((wrong = add_hit(b, s, &probe, entry, (s->next - 1) % exits_of_plan, &t)) != NULL)
                 return wrong;
     }
     if (probes && !k->live) return "probes without a live channel";
-    count = sss_finish(s, exits);
+    sss_exit exits[SSS_MAX_EXITS];
+    int count = sss_finish(s, exits);
     wrong = check_exits(k, plan, &t, exits, count);
     if (wrong) return wrong;
     if (count && !t.accepted && !k->lambert) return "an exit out of nothing";
-    for (i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i)
         if ((wrong = check_share(b, k, &exits[i], entry)) != NULL) return wrong;
+    sss_exit again[SSS_MAX_EXITS];
     if (sss_finish(s, again) != count || sss_next_probe(s, &probe)) return "the end is not the end";
     return count && memcmp(again, exits, (size_t)count * sizeof *exits)
                ? "finished twice, with two results"
@@ -401,8 +397,6 @@ static const char *run_lookup(bytes *b, const subject *k, const sss_plan *advise
     const sss_plan *used = plan ? plan : &standard;
     subject seen = as_seen(k, used);
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
     sss_result result = sss_begin(&s, &k->medium, plan, x, n, draw(b, 4));
     if (!is_named(result)) return "sss_begin's result has no name";
     if ((result == SSS_OK) != (is_plan(used) && is_place(x) && is_normal(n)))
@@ -413,8 +407,10 @@ static const char *run_lookup(bytes *b, const subject *k, const sss_plan *advise
                                      : is_normal(n))
         return "refused by the wrong name";
     if (result < SSS_BAD_NORMAL) return "a result that sss_begin has not";
+    sss_probe probe;
     if (sss_next_probe(&s, &probe)) return "a probe of a refused lookup";
     sss_add_hit(&s, sssi_vec3(0.0f, 0.0f, 0.0f), sssi_vec3(0.0f, 0.0f, 1.0f), 1.0f);
+    sss_exit exit;
     return sss_finish(&s, &exit) || sss_intensity(&s, x, n) != 0.0f ? "light of a refused lookup"
                                                                     : NULL;
 }
@@ -422,15 +418,14 @@ static const char *run_lookup(bytes *b, const subject *k, const sss_plan *advise
 // A medium and so many lookups: NULL, or what is wrong. Thread-safe.
 static const char *fuzz_one(const uint8_t *data, size_t size, int lookups) {
     bytes b;
-    subject k;
-    sss_plan advised;
-    const char *wrong;
     b.at = data;
     b.left = size;
     b.state = 0;
     b.state = size >= 4 ? draw(&b, 4) : 0;
-    wrong = make_medium(&b, &k);
+    subject k;
+    const char *wrong = make_medium(&b, &k);
     if (!wrong) wrong = check_numbers(&b, &k.medium);
+    sss_plan advised;
     if (!wrong) wrong = check_need(&b, &k, &advised);
     while (!wrong && lookups-- > 0) wrong = run_lookup(&b, &k, &advised);
     return wrong;

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Plants the bugs of tests/mutants.txt one by one in a copy of sss_resample.h and asks the named tests to notice. Fails
-# if a bug survives, if an edit changes nothing or if the result does not compile. Run from the repository's root:
+# Plants the bugs of tests/mutants.txt one by one in a copy of sss_resample.h and asks the named
+# tests to notice. Fails if a bug survives, if an edit changes nothing or if the result does not
+# compile. Run from the repository's root:
 #     sh tests/mutants.sh [part of a name]
 # It means something only where the unchanged header passes: run the tests first.
 # CC and MUTANT_CFLAGS may be set.
@@ -14,8 +15,8 @@ trap 'echo "mutants.sh: stopped by a signal, the table is not complete"; exit 1'
 failures=0
 total=0
 
-# Builds and runs one test against the copy: 0 if it noticed, 1 if not, 2 if it does not compile, 3 if it took too long,
-# which is no verdict.
+# Builds and runs one test against the copy: 0 if it noticed, 1 if not, 2 if it does not compile, 3
+# if it took too long, which is no verdict.
 try() {
     # shellcheck disable=SC2086
     $compiler $flags -w -I"$copy" -Itests -I. '-DDATA_DIR="tests/data"' "tests/test_$1.c" -o "$copy/test" -lcmocka -lm \

@@ -248,22 +248,20 @@ typedef struct st_profile {
 } st_profile;
 
 static inline double st_rd(const st_profile *p, double r) { /* thread-safe */
-    double dr, dv;
     if (r > p->cut || p->albedo == 0.0) return 0.0;
     if (!p->dipole)
         return p->albedo * (exp(-r / p->d) + exp(-r / (3.0 * p->d))) / (8.0 * ST_PI * p->d * r);
-    dr = sqrt(r * r + p->zr * p->zr);
-    dv = sqrt(r * r + p->zv * p->zv);
+    double dr = sqrt(r * r + p->zr * p->zr);
+    double dv = sqrt(r * r + p->zv * p->zv);
     return p->flux * (p->zr * (1.0 + p->s * dr) * exp(-p->s * dr) / (dr * dr * dr) +
                       p->zv * (1.0 + p->s * dv) * exp(-p->s * dv) / (dv * dv * dv)) +
            p->fluence * (exp(-p->s * dr) / dr - exp(-p->s * dv) / dv);
 }
 /* The integral over the plane beyond r; needs s > 0. */
 static inline double st_tail(const st_profile *p, double r) {
-    double dr, dv;
     if (!p->dipole) return p->albedo * (exp(-r / p->d) + 3.0 * exp(-r / (3.0 * p->d))) / 4.0;
-    dr = sqrt(r * r + p->zr * p->zr);
-    dv = sqrt(r * r + p->zv * p->zv);
+    double dr = sqrt(r * r + p->zr * p->zr);
+    double dv = sqrt(r * r + p->zv * p->zv);
     return 2.0 * ST_PI *
            (p->flux * (p->zr / dr * exp(-p->s * dr) + p->zv / dv * exp(-p->s * dv)) +
             p->fluence * (exp(-p->s * dr) - exp(-p->s * dv)) / p->s);
@@ -271,8 +269,7 @@ static inline double st_tail(const st_profile *p, double r) {
 /* The radius beyond which lies `part` of the albedo. */
 static inline double st_radius_of_tail(const st_profile *p, double part) {
     double low = 0.0, high = p->dipole ? 100.0 / p->s : 100.0 * p->d;
-    int i;
-    for (i = 0; i < 100; ++i) {
+    for (int i = 0; i < 100; ++i) {
         double middle = 0.5 * (low + high);
         if (st_tail(p, middle) > part * p->albedo) low = middle;
         else high = middle;
@@ -294,8 +291,7 @@ static inline st_profile st_burley(double albedo, double dmfp) {
 static inline void st_fresnel_moments(double eta, double *two_c1, double *three_c2) {
     double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0,
            c2 = pow(critical, 3.0) / 3.0;
-    int i;
-    for (i = 0; i < 600;
+    for (int i = 0; i < 600;
          ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
         double w, x = st_node(0.0, 1.0, 200, i, &w), mu = critical + (1.0 - critical) * x * x;
         double out = sqrt(fmax(1.0 - eta * eta * (1.0 - mu * mu), 0.0));
@@ -309,12 +305,13 @@ static inline void st_fresnel_moments(double eta, double *two_c1, double *three_
 }
 /* Jensen et al. 2001, or d'Eon 2012. */
 static inline st_profile st_dipole(double sigma_a, double sigma_s, double eta, int better) {
-    double t = sigma_a + sigma_s, alpha = sigma_s / t, c1, c2, diffusion, a;
+    double t = sigma_a + sigma_s, alpha = sigma_s / t;
     st_profile p;
     memset(&p, 0, sizeof p);
+    double c1, c2;
     st_fresnel_moments(eta, &c1, &c2);
-    diffusion = better ? (2.0 * sigma_a + sigma_s) / (3.0 * t * t) : 1.0 / (3.0 * t);
-    a = (1.0 + (better ? c2 : c1)) / (1.0 - c1);
+    double diffusion = better ? (2.0 * sigma_a + sigma_s) / (3.0 * t * t) : 1.0 / (3.0 * t);
+    double a = (1.0 + (better ? c2 : c1)) / (1.0 - c1);
     p.dipole = 1;
     p.zr = 1.0 / t;
     p.zv = p.zr + 4.0 * a * diffusion;
@@ -330,8 +327,7 @@ static inline st_profile st_dipole(double sigma_a, double sigma_s, double eta, i
 static inline st_profile st_dipole_from_albedo(double albedo, double dmfp, double eta, int better) {
     double low = -30.0, high = 30.0; /* log of sigma_a / sigma_s' */
     st_profile p;
-    int i;
-    for (i = 0; i < 80; ++i) {
+    for (int i = 0; i < 80; ++i) {
         double middle = 0.5 * (low + high);
         p = st_dipole(exp(middle), 1.0, eta, better);
         if (p.albedo > albedo) low = middle;
@@ -406,14 +402,14 @@ static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double l
     double R = f->size, oz = o.z + R, a = d.x * d.x + d.z * d.z + round * d.y * d.y;
     double b = o.x * d.x + oz * d.z + round * o.y * d.y,
            c = o.x * o.x + oz * oz + round * o.y * o.y - R * R;
-    double q = b * b - a * c, t;
-    int i, count = 0;
+    double q = b * b - a * c;
+    int count = 0;
     if (!(a > 0.0 && q > 0.0)) return 0;
-    for (i = -1; i <= 1; i += 2) {
-        st_vec y;
+    double t;
+    for (int i = -1; i <= 1; i += 2) {
         t = (-b + i * sqrt(q)) / a;
         if (!(t >= 0.0 && t <= length)) continue;
-        y = st_sum(o, d, t);
+        st_vec y = st_sum(o, d, t);
         count = st_insert(f, hits, count, t, y, st_unit(st_vec3(y.x, round * y.y, y.z + R)));
     }
     return count;
@@ -422,21 +418,20 @@ static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double l
 static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *hits) {
     st_vec o = st_local(&f->frame, probe->origin),
            d = st_turn_back(&f->frame, st_double(probe->direction));
-    double length = (double)probe->length, t;
-    int sheets = f->kind == ST_SLAB ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, i, count = 0;
+    double length = (double)probe->length;
+    int sheets = f->kind == ST_SLAB ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, count = 0;
     if (f->kind == ST_SPHERE || f->kind == ST_CYLINDER)
         return st_hit_round(f, o, d, length, f->kind == ST_SPHERE ? 1.0 : 0.0, hits);
-    for (i = 0; i < sheets && d.z != 0.0; ++i) {
-        st_vec y;
+    double t;
+    for (int i = 0; i < sheets && d.z != 0.0; ++i) {
         t = (-i * f->size - o.z) / d.z;
-        y = st_sum(o, d, t);
+        st_vec y = st_sum(o, d, t);
         if (t >= 0.0 && t <= length && (f->kind != ST_EDGE || y.x <= f->size))
             count = st_insert(f, hits, count, t, y, st_vec3(0.0, 0.0, 1.0));
     }
     if (f->kind == ST_EDGE && d.x != 0.0) {
-        st_vec y;
         t = (f->size - o.x) / d.x;
-        y = st_sum(o, d, t);
+        st_vec y = st_sum(o, d, t);
         if (t >= 0.0 && t <= length && y.z <= 0.0)
             count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
     }
@@ -471,8 +466,7 @@ static inline void st_face_point(const st_fixture *f, int face, double s, double
 static inline double st_ring(const st_fixture *f, int face, double s, double low, double high,
                              st_function *function, const void *context) {
     double from = high < s ? acos(high / s) : 0.0, to = low < s ? acos(-low / s) : ST_PI, sum = 0.0;
-    int i;
-    for (i = 0; i < 48; ++i) {
+    for (int i = 0; i < 48; ++i) {
         double w, psi = st_node(from, to, 16, i, &w);
         st_vec y, n;
         st_face_point(f, face, s, psi, &y, &n);
@@ -486,23 +480,21 @@ static inline double st_ring(const st_fixture *f, int face, double s, double low
  * surface; about 1e-6. */
 static inline double st_surface(const st_fixture *f, double scale, st_function *function,
                                 const void *context) {
-    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2
-                : f->kind == ST_STACK                    ? ST_SHEETS
-                                                         : 1,
-        face, part, i;
+    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1;
     double sum = 0.0;
-    for (face = 0; face < faces; ++face) {
+    for (int face = 0; face < faces; ++face) {
         double low = HUGE_VAL, high = HUGE_VAL,
-               end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL, bounds[3];
+               end = f->kind == ST_SPHERE ? 2.0 * f->size : HUGE_VAL;
         if (f->kind == ST_CYLINDER) low = high = ST_PI * f->size;
         if (f->kind == ST_EDGE) high = face ? 0.0 : f->size;
         /* s = scale (t / (1 - t))^2; the strip's limit, where a root begins, ends a panel */
+        double bounds[3];
         bounds[0] = 0.0;
         bounds[1] = high < HUGE_VAL && high > 0.0 ? 1.0 / (1.0 + sqrt(scale / high)) : 0.5;
         bounds[2] = end < HUGE_VAL ? 1.0 / (1.0 + sqrt(scale / end)) : 1.0;
         if (!(bounds[1] < bounds[2])) bounds[1] = 0.5 * bounds[2];
-        for (part = 0; part < 2; ++part)
-            for (i = 0; i < 450; ++i) {
+        for (int part = 0; part < 2; ++part)
+            for (int i = 0; i < 450; ++i) {
                 double w, t = st_node(bounds[part], bounds[part + 1], 150, i, &w),
                           q = t / (1.0 - t);
                 double ds = 2.0 * scale * q / ((1.0 - t) * (1.0 - t));
@@ -550,29 +542,28 @@ static inline double st_truth(const st_fixture *f, const st_profile *p, st_light
 /* The same at E = 1 for Burley's profile with A = d = 1, from closed forms in one dimension
  * (theory, section 0). */
 static inline double st_bessel_k0(double x) { /* the integral of e^(-x cosh t) */
-    double sum = 0.5 * exp(-x), t;
-    for (t = 0.03125; t < 30.0; t += 0.03125) sum += exp(-x * cosh(t));
+    double sum = 0.5 * exp(-x);
+    for (double t = 0.03125; t < 30.0; t += 0.03125) sum += exp(-x * cosh(t));
     return 0.03125 * sum;
 }
 static inline double st_closed_form(const st_fixture *f) {
     st_profile p = st_burley(1.0, st_burley_s(1.0));
     double sum = 0.0, w;
-    int i;
     switch (f->kind) {
     case ST_PLANE: return 1.0;
     case ST_SPHERE: return 1.0 - st_tail(&p, 2.0 * f->size);
     case ST_SLAB: return 1.0 + st_tail(&p, f->size);
     case ST_STACK:
-        for (i = 0; i < ST_SHEETS; ++i) sum += st_tail(&p, i * f->size);
+        for (int i = 0; i < ST_SHEETS; ++i) sum += st_tail(&p, i * f->size);
         return sum;
     case ST_EDGE:
-        for (i = 0; i < 3000; ++i) { /* r = a + x^2 */
+        for (int i = 0; i < 3000; ++i) { /* r = a + x^2 */
             double x = st_node(0.0, 11.0, 1000, i, &w), r = f->size + x * x;
             sum += w * 2.0 * x * 2.0 * r * st_rd(&p, r) * acos(f->size / r);
         }
         return 1.0 - sum + 0.5 * st_tail(&p, f->size);
     case ST_CYLINDER:
-        for (i = 0; i < 600; ++i) { /* theta = x^2 takes the logarithm away */
+        for (int i = 0; i < 600; ++i) { /* theta = x^2 takes the logarithm away */
             double x = st_node(0.0, sqrt(ST_PI), 200, i, &w), c = 2.0 * f->size * sin(0.5 * x * x);
             sum += w * 2.0 * x * (st_bessel_k0(c) + st_bessel_k0(c / 3.0));
         }
@@ -588,16 +579,16 @@ static inline double st_closed_form(const st_fixture *f) {
 typedef float st_hint(st_vec local, uint32_t seed, int index);
 static inline int st_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                             uint32_t seed, st_hint *hint, sss_exit *exits) {
-    sss_resampler s;
-    sss_probe probe;
     sss_vec3 x, n;
-    st_hit hits[ST_MAX_HITS];
     int index = 0;
     st_entry(f, &x, &n);
+    sss_resampler s;
     if (sss_begin(&s, m, plan, x, n, seed) != SSS_OK) return -1;
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
-        int i, count = st_trace(f, &probe, hits);
-        for (i = 0; i < count; ++i, ++index) {
+        int count = st_trace(f, &probe, hits);
+        for (int i = 0; i < count; ++i, ++index) {
             float light = hint ? hint(st_local(&f->frame, hits[i].position), seed, index) : 1.0f;
             sss_add_hit(&s, hits[i].position, hits[i].normal, light);
         }

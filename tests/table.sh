@@ -18,8 +18,8 @@ for script in $(grep -o '`[a-z_]*\.sh`' "$page" | tr -d '`' | sort -u); do
 done
 [ $missing = 0 ] || exit 1
 
-# What the tests of one row have printed: of each function its own lines, of each file, once, what it says at its end.
-# Lines that begin with blanks are details, for the logs.
+# What the tests of one row have printed: of each function its own lines, of each file, once, what
+# it says at its end. Lines that begin with blanks are details, for the logs.
 declare -A told
 figures() {
     local file functions function

@@ -62,9 +62,9 @@ static int trace_ball(const scene *s, st_vec o, st_vec d, double length, st_vec 
     double along = st_dot(o, d);
     st_vec foot = st_sum(o, d, -along);
     double half = sqrt(fmax(s->size * s->size - st_dot(foot, foot), 0.0));
-    int i, count = 0;
+    int count = 0;
 
-    for (i = 0; i < 2 && half > 0.0; ++i) {
+    for (int i = 0; i < 2 && half > 0.0; ++i) {
         double t = (i ? half : -half) - along;
 
         if (!(t >= 0.0 && t <= length)) continue;
@@ -80,11 +80,10 @@ static int look_up(const scene *s, const sss_medium *m, const sss_plan *plan, ui
     st_vec out = st_vec3(0.7 * s->origin, -0.6 * s->origin, 0.3 * s->origin);
     sss_vec3 entry = st_float(out);
     sss_resampler r;
-    sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS];
-    int i, c, count;
 
     sss_begin(&r, m, plan, entry, st_float(s->normal), seed);
+    sss_probe probe;
+    int i;
     while (sss_next_probe(&r, &probe)) {
         st_vec o = st_sum(st_double(probe.origin), st_double(entry), -1.0), y[2], n[2];
         int hits = s->trace(s, o, st_double(probe.direction), (double)probe.length, y, n);
@@ -92,8 +91,9 @@ static int look_up(const scene *s, const sss_medium *m, const sss_plan *plan, ui
         for (i = 0; i < hits; ++i)
             sss_add_hit(&r, st_float(st_sum(st_double(entry), y[i], 1.0)), st_float(n[i]), 1.0f);
     }
-    count = sss_finish(&r, exits);
-    for (c = 0; c < 3; ++c)
+    sss_exit exits[SSS_MAX_EXITS];
+    int count = sss_finish(&r, exits);
+    for (int c = 0; c < 3; ++c)
         for (weight[c] = 0.0, i = 0; i < count; ++i) weight[c] += (double)exits[i].weight[c];
     return count;
 }
@@ -103,25 +103,23 @@ static int look_up(const scene *s, const sss_medium *m, const sss_plan *plan, ui
 static void measure(const scene *s, const scene *near_by, const sss_medium *m, const sss_plan *plan,
                     uint32_t name, int lookups, st_stat mean[3]) {
     static st_stat part[BLOCKS][3];
-    int b, c, each = st_samples(lookups) / BLOCKS;
+    int each = st_samples(lookups) / BLOCKS;
 
     memset(part, 0, sizeof part);
-#pragma omp parallel for schedule(dynamic) private(c)
-    for (b = 0; b < BLOCKS; ++b) {
-        int i;
-
-        for (i = 0; i < each; ++i) {
+#pragma omp parallel for schedule(dynamic)
+    for (int b = 0; b < BLOCKS; ++b) {
+        for (int i = 0; i < each; ++i) {
             uint32_t seed = sss_hash(TEST_SEED + name, (uint32_t)(b * each + i));
             double weight[3], less[3] = {0.0, 0.0, 0.0};
 
             look_up(s, m, plan, seed, weight);
             if (near_by) look_up(near_by, m, plan, seed, less);
-            for (c = 0; c < 3; ++c) st_add(&part[b][c], weight[c] - less[c]);
+            for (int c = 0; c < 3; ++c) st_add(&part[b][c], weight[c] - less[c]);
         }
     }
     memset(mean, 0, 3 * sizeof *mean);
-    for (b = 0; b < BLOCKS; ++b)
-        for (c = 0; c < 3; ++c) st_merge(&mean[c], &part[b][c]);
+    for (int b = 0; b < BLOCKS; ++b)
+        for (int c = 0; c < 3; ++c) st_merge(&mean[c], &part[b][c]);
 }
 
 static sss_medium coloured(int kind) {
@@ -143,19 +141,18 @@ static const char *const kind_name[] = {"Burley", "dipole", "better dipole"};
    together they have the albedo. ---- */
 static void entries_on_an_edge(void **state) {
     static const double degrees[] = {0.0, 45.0, 135.0};
-    int kind, i, c;
 
     (void)state;
-    for (kind = 0; kind < 3; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         sss_medium m = coloured(kind);
 
-        for (i = 0; i < 3; ++i) {
+        for (int i = 0; i < 3; ++i) {
             scene wall = {trace_wall, {0.0, 0.0, 1.0}, 0.0, 0.0};
-            st_stat mean[3];
 
             wall.size = degrees[i] * ST_PI / 180.0;
+            st_stat mean[3];
             measure(&wall, NULL, &m, NULL, (uint32_t)(10 * kind + i), 400000, mean);
-            for (c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; ++c) {
                 char name[100];
                 double truth = (double)m.albedo[c];
 
@@ -172,19 +169,18 @@ static void entries_on_an_edge(void **state) {
    does: what is between is lost. ---- */
 static void a_surface_at_r_max(void **state) {
     static const double beside[] = {-1e-4, -2e-5, -1e-5, -1e-6, 0.0, 1e-6, 1e-4};
-    int kind, i, c;
 
     (void)state;
-    for (kind = 0; kind < 3; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         sss_medium m = coloured(kind);
 
-        for (i = 0; i < 7; ++i) {
+        for (int i = 0; i < 7; ++i) {
             scene ball = {trace_ball, {0.0, 0.0, 1.0}, 0.0, 0.0};
-            st_stat mean[3];
 
             ball.size = (double)m.r_max * (1.0 + beside[i]);
+            st_stat mean[3];
             measure(&ball, NULL, &m, NULL, 100u + (uint32_t)(10 * kind + i), 200000, mean);
-            for (c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; ++c) {
                 char name[100];
                 double truth = 4.0 * ST_PI * ball.size * ball.size *
                                (double)sss_profile(&m, c, (float)ball.size);
@@ -207,26 +203,25 @@ static void nearly_white_channels(void **state) {
     static const float eta[] = {1.0f, 1.5f, 5.0f};
     static const unsigned sets[] = {0u, SSS_CHORD, SSS_DISK | SSS_CHORD,
                                     SSS_DISK | SSS_DISK_TANGENTS};
-    int better, e, i, t, c;
 
     (void)state;
-    for (better = 0; better < 2; ++better)
-        for (e = 0; e < 3; ++e)
-            for (i = 0; i < 5; ++i)
-                for (t = 0; t < (e == 1 ? 4 : 1); ++t) {
+    for (int better = 0; better < 2; ++better)
+        for (int e = 0; e < 3; ++e)
+            for (int i = 0; i < 5; ++i)
+                for (int t = 0; t < (e == 1 ? 4 : 1); ++t) {
                     scene plane = {trace_plane, {0.36, 0.48, 0.8}, 0.0, 0.0};
                     sss_plan plan = plan_of(0, 0, sets[t]);
                     float albedo[3] = {1.0f, 0.5f, 0.01f}, length[3] = {1.0f, 1.0f, 1.0f};
-                    st_stat mean[3];
-                    sss_medium m;
 
                     albedo[0] = (float)(1.0 - dark[i]);
+                    sss_medium m;
                     assert_int_equal((better ? sss_better_dipole_from_albedo
                                              : sss_dipole_from_albedo)(&m, albedo, length, eta[e]),
                                      SSS_OK);
+                    st_stat mean[3];
                     measure(&plane, NULL, &m, &plan,
                             200u + (uint32_t)(100 * better + 30 * e + 4 * i + t), 100000, mean);
-                    for (c = 0; c < 3; ++c) {
+                    for (int c = 0; c < 3; ++c) {
                         char name[120];
                         double truth = (double)albedo[c];
 
@@ -244,9 +239,8 @@ static void nearly_white_channels(void **state) {
    matter, by undoing the header's hash. ---- */
 static uint32_t inverse_of(uint32_t odd) { /* modulo 2^32, by Newton */
     uint32_t x = odd;
-    int i;
 
-    for (i = 0; i < 5; ++i) x *= 2u - odd * x;
+    for (int i = 0; i < 5; ++i) x *= 2u - odd * x;
     return x;
 }
 static uint32_t unmix(uint32_t x) {
@@ -268,45 +262,43 @@ static int dim_one_is_picked(uint32_t seed, int before, int dim_first, float rat
                    dim = {0.0f, 0.5f, 0.0f};
     sss_plan plan = plan_of(1, 1, SSS_CHORD);
     sss_medium m;
-    sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
-    int i;
 
     sss_burley(&m, albedo, length);
+    sss_resampler s;
     sss_begin(&s, &m, &plan, zero, up, seed);
+    sss_probe probe;
     if (!sss_next_probe(&s, &probe)) return 0;
     if (dim_first) sss_add_hit(&s, dim, up, ratio);
-    for (i = 0; i < before; ++i) sss_add_hit(&s, at, up, 1.0f / (float)before);
+    for (int i = 0; i < before; ++i) sss_add_hit(&s, at, up, 1.0f / (float)before);
     if (!dim_first) sss_add_hit(&s, dim, up, ratio);
+    sss_exit exit;
     if (sss_finish(&s, &exit) != 1) return 0;
     *weight = exit.weight[0];
     return exit.position.y > 0.1f;
 }
 static void faint_hits_keep_their_light(void **state) {
     static const float lone_weight = 1.6f; /* of one candidate by chords: 2 A */
-    int k, before, dim_first;
 
     (void)state;
-    for (k = 2; k <= 30; k += 4)
-        for (dim_first = 0; dim_first < 2; ++dim_first) {
+    for (int k = 2; k <= 30; k += 4)
+        for (int dim_first = 0; dim_first < 2; ++dim_first) {
             float ratio = ldexpf(1.37f, -k), weight = 0.0f;
             st_stat picked = {0.0, 0.0, 0.0};
             double window =
                 fmin(ldexp(8.0, -k), 1.0); /* of all keys are tried those with a number below */
-            uint32_t keys = (uint32_t)fmin(ldexp(window, 32), 400.0), i;
-            char name[100];
+            uint32_t keys = (uint32_t)fmin(ldexp(window, 32), 400.0);
 
-            for (before = 1; before <= (dim_first ? 1 : 40); ++before)
-                for (i = 0; i < keys; ++i) {
-                    uint32_t bits = (uint32_t)(ldexp(window, 32) * ((double)i + 0.5) / keys), key;
+            for (int before = 1; before <= (dim_first ? 1 : 40); ++before)
+                for (uint32_t i = 0; i < keys; ++i) {
+                    uint32_t bits = (uint32_t)(ldexp(window, 32) * ((double)i + 0.5) / keys);
 
-                    key = unhash(dim_first ? ~bits : bits,
-                                 0x70000000u + (uint32_t)(dim_first ? 1 : before));
+                    uint32_t key = unhash(dim_first ? ~bits : bits,
+                                          0x70000000u + (uint32_t)(dim_first ? 1 : before));
                     st_add(&picked, (double)dim_one_is_picked(unhash(key, 0u), before, dim_first,
                                                               ratio, &weight) *
                                         (double)weight * window);
                 }
+            char name[100];
             snprintf(name, sizeof name, "light of a hit of 1.37 * 2^-%d, %s", k,
                      dim_first ? "before" : "after");
             check_z(name, picked.mean, st_error(&picked), (double)lone_weight, 1e-5, Z_LIMIT);
@@ -319,10 +311,9 @@ static void faint_hits_keep_their_light(void **state) {
 static void far_from_the_origin(void **state) {
     static const float albedo[3] = {0.9f, 0.5f, 0.2f}, length[3] = {1.0f, 1.0f, 1.0f};
     static const double away[] = {1e4, 1e5}, stated[] = {1e-3, 1e-2};
-    int kind, i, c;
 
     (void)state;
-    for (kind = 0; kind < 3; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         scene near_by = {trace_plane, {0.36, 0.48, 0.8}, 0.0, 0.0};
         sss_medium m;
 
@@ -330,13 +321,13 @@ static void far_from_the_origin(void **state) {
         else if (kind == 1)
             assert_int_equal(sss_dipole_from_albedo(&m, albedo, length, 1.4f), SSS_OK);
         else assert_int_equal(sss_better_dipole_from_albedo(&m, albedo, length, 1.4f), SSS_OK);
-        for (i = 0; i < 2; ++i) {
+        for (int i = 0; i < 2; ++i) {
             scene far_out = near_by;
-            st_stat mean[3];
 
             far_out.origin = away[i];
+            st_stat mean[3];
             measure(&far_out, &near_by, &m, NULL, 600u + (uint32_t)kind, 200000, mean);
-            for (c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; ++c) {
                 double error = mean[c].mean / (double)albedo[c],
                        noise = Z_LIMIT * st_error(&mean[c]) / (double)albedo[c];
                 char name[100];
@@ -362,12 +353,10 @@ static double lit_sum(const sss_medium *m, int exits, uint32_t seed) {
     const sss_vec3 zero = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
     sss_plan plan = plan_of(8, exits, 0u);
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit[SSS_MAX_EXITS];
     double sum = 0.0;
-    int i, count;
 
     sss_begin(&s, m, &plan, zero, up, seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         st_vec y, n;
 
@@ -375,21 +364,20 @@ static double lit_sum(const sss_medium *m, int exits, uint32_t seed) {
                         (double)probe.length, &y, &n))
             sss_add_hit(&s, st_float(y), up, (float)light_at((double)(float)y.x));
     }
-    count = sss_finish(&s, exit);
-    for (i = 0; i < count; ++i)
+    sss_exit exit[SSS_MAX_EXITS];
+    int count = sss_finish(&s, exit);
+    for (int i = 0; i < count; ++i)
         sum += (double)exit[i].weight[0] * light_at((double)exit[i].position.x);
     return sum;
 }
 static void hints_work_in_every_exit(void **state) {
     static const float albedo[3] = {0.8f, 0.8f, 0.8f}, length[3] = {1.0f, 1.0f, 1.0f};
     sss_medium m;
-    uint32_t seed;
-    int exits;
 
     (void)state;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
-    for (seed = 0; seed < 2000u; ++seed)
-        for (exits = 2; exits <= SSS_MAX_EXITS; ++exits)
+    for (uint32_t seed = 0; seed < 2000u; ++seed)
+        for (int exits = 2; exits <= SSS_MAX_EXITS; ++exits)
             check_relative("light of all exits", lit_sum(&m, exits, seed), lit_sum(&m, 1, seed),
                            2e-6);
 }

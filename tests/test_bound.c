@@ -55,9 +55,8 @@ static void make_subject(subject *k, uint64_t seed) {
         eta = (float)(st_random(seed + 9u) < 0.7 ? 1.0 + st_random(seed + 1u)
                                                  : 0.2 + 4.8 * st_random(seed + 1u));
     double spread = 9.0 * (st_random(seed + 2u) < 0.5 ? 0.0 : st_random(seed + 3u));
-    int c, type = (int)(5.0 * st_random(seed + 4u));
-    sss_result result;
-    for (c = 0; c < 3; ++c) {
+    int type = (int)(5.0 * st_random(seed + 4u));
+    for (int c = 0; c < 3; ++c) {
         uint64_t t = seed + 10u * (uint64_t)c;
         double scale = exp(spread * st_random(t + 5u)), dark = exp(-13.8 * st_random(t + 6u));
         if (st_random(t + 8u) < 0.3) dark = 1.0 - dark;
@@ -69,6 +68,7 @@ static void make_subject(subject *k, uint64_t seed) {
             else a[c] = 0.0f;
         }
     }
+    sss_result result;
     if (type == 0) result = sss_burley(&k->medium, a, b);
     else if (type == 1) result = sss_dipole(&k->medium, a, b, eta);
     else if (type == 2) result = sss_better_dipole(&k->medium, a, b, eta);
@@ -80,7 +80,7 @@ static void make_subject(subject *k, uint64_t seed) {
     k->live = k->lambert = 0;
     k->widest = 0.0;
     k->narrowest = HUGE_VAL;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         double length = type == 1 || type == 2 ? 1.0 / ((double)a[c] + (double)b[c]) : (double)b[c];
         k->albedo[c] = (double)sss_within(&k->medium, c, FLT_MAX);
         if (k->albedo[c] > 0.0 && !(sss_profile(&k->medium, c, 0.0f) > 0.0f)) {
@@ -114,10 +114,10 @@ static sss_vec3 random_point(const subject *k, uint64_t seed) {
     return st_float(st_sum(st_vec3(0.0, 0.0, 0.0), st_double(d), r));
 }
 static sss_vec3 random_normal(const subject *k, uint64_t seed) {
-    double off = exp(-18.0 * st_random(seed)), along;
+    double off = exp(-18.0 * st_random(seed));
     sss_vec3 d = random_direction(seed + 1u);
     if (st_random(seed + 3u) < 0.4) return d;
-    along = st_dot(st_double(d), st_double(k->normal)); /* grazing: |n.a| down to 1e-8 */
+    double along = st_dot(st_double(d), st_double(k->normal)); /* grazing: |n.a| down to 1e-8 */
     return st_float(st_sum(st_double(d), st_double(k->normal), (off - 1.0) * along));
 }
 static double bound(const subject *k, int c, double share, int candidates) {
@@ -126,8 +126,7 @@ static double bound(const subject *k, int c, double share, int candidates) {
 /* A radius beyond the ball that cuts disks and spheres. */
 static double far_out(const subject *k) {
     double r = k->narrowest;
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         while (k->albedo[c] > 0.0 &&
                (double)sss_within(&k->medium, c, (float)r) < (1.0 - 5e-5) * k->albedo[c])
             r *= 1.5;
@@ -138,9 +137,8 @@ static double chord_share(const subject *k, sss_plan plan) {
     sss_vec3 far = st_float(st_vec3(0.0, 0.0, far_out(k))),
              origin = st_float(st_vec3(0.0, 0.0, 0.0));
     sss_resampler s;
-    double mixed;
     sss_begin(&s, &k->medium, &plan, origin, k->normal, 1u);
-    mixed = (double)sss_intensity(&s, far, k->normal);
+    double mixed = (double)sss_intensity(&s, far, k->normal);
     plan.techniques = SSS_CHORD;
     sss_begin(&s, &k->medium, &plan, origin, k->normal, 1u);
     return mixed / (double)sss_intensity(&s, far, k->normal);
@@ -148,14 +146,13 @@ static double chord_share(const subject *k, sss_plan plan) {
 static void look_up(const subject *k, const sss_plan *plan, sss_vec3 x, sss_vec3 n, double share,
                     worst *w) {
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
-    int c;
     sss_begin(&s, &k->medium, plan, st_float(st_vec3(0.0, 0.0, 0.0)), k->normal, 1u);
+    sss_probe probe;
     if (!sss_next_probe(&s, &probe)) return;
     sss_add_hit(&s, x, n, 1.0f);
+    sss_exit exit;
     if (sss_finish(&s, &exit) != 1) return;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         double weight = (double)exit.weight[c];
         double most = bound(k, c, share, plan->candidates) + k->lambert * k->albedo[c];
 
@@ -166,15 +163,14 @@ static void look_up(const subject *k, const sss_plan *plan, sss_vec3 x, sss_vec3
 static void search(const subject *k, uint64_t seed, sss_plan plan, worst *w) {
     double share = chord_share(k, plan);
     sss_resampler s;
-    int i, c;
     sss_begin(&s, &k->medium, &plan, st_float(st_vec3(0.0, 0.0, 0.0)), k->normal, 1u);
-    for (i = 0; i < POINTS; ++i) {
+    for (int i = 0; i < POINTS; ++i) {
         uint64_t t = seed + 100u * (uint64_t)i;
         sss_vec3 x = random_point(k, t), n = random_normal(k, t + 20u);
         double mu = (double)sss_intensity(&s, x, n), r = st_length(st_double(x));
 
         if (!(mu > 0.0)) w->bad = 1;
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             double ratio = (double)sss_profile(&k->medium, c, (float)r) / mu;
             if (!(k->albedo[c] > 0.0)) continue;
             ratio /= bound(k, c, share, 1);
@@ -194,17 +190,16 @@ static void no_weight_exceeds_the_bound(void **state) {
     static subject subjects[MEDIA];
     static worst found[MEDIA];
     double reached[2] = {0.0, 0.0};
-    int i;
     (void)state;
-    for (i = 0; i < MEDIA; ++i) make_subject(&subjects[i], TEST_SEED + 1000000u * (uint64_t)i);
+    for (int i = 0; i < MEDIA; ++i) make_subject(&subjects[i], TEST_SEED + 1000000u * (uint64_t)i);
 #pragma omp parallel for schedule(dynamic)
-    for (i = 0; i < MEDIA; ++i) {
+    for (int i = 0; i < MEDIA; ++i) {
         sss_plan plan = {8, 1, 0u, 0, 0, 0};
         plan.techniques = sets[(size_t)i % SETS];
         plan.candidates = 1 + i % 13;
         search(&subjects[i], TEST_SEED + 100000000u * (uint64_t)(i + 1), plan, &found[i]);
     }
-    for (i = 0; i < MEDIA; ++i) {
+    for (int i = 0; i < MEDIA; ++i) {
         char name[300];
         const subject *k = &subjects[i];
         snprintf(name, sizeof name, "techniques %u, M %d, %s, r %g, over its bound",
@@ -226,9 +221,8 @@ static double sup_of(const sss_medium *m, double length) {
     double albedo = (double)sss_within(m, 0, FLT_MAX), sup = 0.0;
     sss_vec3 up = st_float(st_vec3(0.0, 0.0, 1.0));
     sss_resampler s;
-    int i;
     sss_begin(&s, m, &plan, st_float(st_vec3(0.0, 0.0, 0.0)), up, 1u);
-    for (i = 0; i < 400; ++i) {
+    for (int i = 0; i < 400; ++i) {
         float r = (float)(length * exp(log(1e-6) + i * log(1e12) / 400.0));
         double p = 2.0 * (double)sss_intensity(&s, st_float(st_vec3((double)r, 0.0, 0.0)), up);
         double rd = (double)sss_profile(m, 0, r);
@@ -240,9 +234,9 @@ static double sup_of(const sss_medium *m, double length) {
 /* By the coefficients 1 - albedo' goes from 1 to 1e-6, by the albedo down to about 1e-15. */
 static double sup_at(int better, int way, double dark, float eta) {
     float a[3] = {0.0f, 0.0f, 0.0f}, b[3] = {0.0f, 0.0f, 0.0f};
-    sss_medium m;
     a[0] = (float)(way ? 1.0 - dark : dark);
     b[0] = (float)(way ? 1.0 : 1.0 - dark);
+    sss_medium m;
     if (way)
         assert_int_equal(
             (better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo)(&m, a, b, eta),
@@ -252,11 +246,10 @@ static double sup_at(int better, int way, double dark, float eta) {
 }
 static void dipoles_stay_below_the_stated_sup(void **state) {
     double sup[2] = {0.0, 0.0};
-    int i, j, way;
     (void)state;
-    for (way = 0; way < 4; ++way)
-        for (i = 0; i <= 100; ++i)
-            for (j = 0; j <= 24; ++j) {
+    for (int way = 0; way < 4; ++way)
+        for (int i = 0; i <= 100; ++i)
+            for (int j = 0; j <= 24; ++j) {
                 double dark = fmin(exp(-13.816 * i / 100.0), 1.0 - 2e-7), eta = 0.2 + 0.2 * j;
                 double *worst_of = &sup[(float)eta > 2.0f];
                 *worst_of = fmax(*worst_of, sup_at(way & 1, way >> 1, dark, (float)eta));

@@ -53,8 +53,9 @@ nothing_left_to_do() {
     "$chart" --quick --csv "$csv" && cmp "$csv" "$work/whole"
 }
 
-# rows_are_complete SCENES: each at each size, every way with all its settings, once; every field a number. The walk is
-# the truth's own model: its error goes on falling, and stays below that of Lambert where a body is thin.
+# rows_are_complete SCENES: each at each size, every way with all its settings, once; every field a
+# number. The walk is the truth's own model: its error goes on falling, and stays below that of
+# Lambert where a body is thin.
 rows_are_complete() {
     awk -F, -v scenes="$1" '
         NR == 1 { if ($0 !~ /^# chart quick, program [0-9a-f]+, CPU time on /) bad = "head"; next }
@@ -102,7 +103,8 @@ chart_py_refuses() {
     refuses 2 "$python" "$PWD/demos/study/chart.py" && refuses 2 "$python" "$PWD/demos/study/chart.py" no/file x y z
 }
 
-# The page and the caption come from the rows, and the README quotes the caption if it shows the picture.
+# The page and the caption come from the rows, and the README quotes the caption if it shows the
+# picture.
 texts_are_the_figures() {
     charts_are_drawn demos/study/chart.csv "$work/kept" || return 1
     diff demos/study/chart.md "$work/kept.md" && diff demos/study/chart-caption.md "$work/kept-caption.md" || return 1

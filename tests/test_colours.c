@@ -28,10 +28,8 @@ typedef struct colours {
 
 static void make_colours(int type, const float albedo[3], const float length[3], colours *k) {
     float dmfp[3];
-    sss_result result;
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         double a = (double)albedo[c];
 
         dmfp[c] = type == BURLEY ? (float)st_burley_s(a) * length[c] : 0.8f * length[c];
@@ -42,6 +40,7 @@ static void make_colours(int type, const float albedo[3], const float length[3],
                                        : st_dipole_from_albedo(a, (double)dmfp[c], (double)1.3f,
                                                                type == BETTER);
     }
+    sss_result result;
     if (type == BURLEY) result = sss_burley(&k->medium, albedo, dmfp);
     else if (type == DIPOLE) result = sss_dipole_from_albedo(&k->medium, albedo, dmfp, 1.3f);
     else result = sss_better_dipole_from_albedo(&k->medium, albedo, dmfp, 1.3f);
@@ -49,9 +48,9 @@ static void make_colours(int type, const float albedo[3], const float length[3],
 }
 
 static int live_of(const colours *k) {
-    int c, live = 0;
+    int live = 0;
 
-    for (c = 0; c < 3; ++c) live += k->profile[c].albedo > 0.0;
+    for (int c = 0; c < 3; ++c) live += k->profile[c].albedo > 0.0;
     return live;
 }
 
@@ -82,21 +81,19 @@ static void grey_media_have_one_exit(void **state) {
     static const unsigned techniques[] = {0u, SSS_CHORD, 15u};
     static const st_kind kinds[] = {ST_PLANE, ST_SPHERE, ST_EDGE, ST_STACK};
     long compared = 0;
-    int k;
 
     (void)state;
-    for (k = 0; k < 2 * 4 * 3 * 4 * 2 * 3; ++k) {
+    for (int k = 0; k < 2 * 4 * 3 * 4 * 2 * 3; ++k) {
         sss_plan plan = plan_of(candidates[k / 2 % 4], techniques[k / 8 % 3], k / 96 % 2);
         sss_plan plain = plan;
         st_fixture f = st_standard(kinds[k / 24 % 4], st_stay());
-        colours m;
-        uint32_t seed;
         int type = k / 192;
 
         plain.per_channel = 0;
+        colours m;
         make_colours(type, albedos[type == BURLEY && k % 2], k % 3 ? one : two, &m);
-        for (seed = 0; seed < 20u; ++seed) {
-            sss_exit exits[SSS_MAX_EXITS] = {0}, other[SSS_MAX_EXITS];
+        for (uint32_t seed = 0; seed < 20u; ++seed) {
+            sss_exit exits[SSS_MAX_EXITS] = {0};
             st_hint *hint = seed % 2u ? hint_spot : NULL;
             int found = st_lookup(&f, &m.medium, &plan, seed, hint, exits);
             int first = k % 3 == 0, expected; /* a Lambert channel has an exit of its own */
@@ -104,6 +101,7 @@ static void grey_media_have_one_exit(void **state) {
             check_at_most("exits", found, first + 1);
             if (first && found) check_equal("the entry", exits[0].hit, -1);
             if (first) continue;
+            sss_exit other[SSS_MAX_EXITS];
             expected = st_lookup(&f, &m.medium, &plain, seed, hint, other);
             check_equal("exits with and without per_channel", found, expected);
             if (!found) continue;
@@ -125,25 +123,23 @@ typedef struct reservoirs {
 
 static int lookup(const st_fixture *f, const colours *k, const sss_plan *plan, uint32_t seed,
                   st_hint *hint, reservoirs *r, sss_exit *exits) {
-    sss_resampler s;
-    sss_probe probe;
-    sss_vec3 x, n;
-    st_hit hits[ST_MAX_HITS];
-    int i, c;
-
     memset(r, 0, sizeof *r);
+    sss_vec3 x, n;
     st_entry(f, &x, &n);
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, &k->medium, plan, x, n, seed), SSS_OK);
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
         int count = st_trace(f, &probe, hits);
 
-        for (i = 0; i < count; ++i) {
+        for (int i = 0; i < count; ++i) {
             st_vec local = st_local(&f->frame, hits[i].position);
             float light = hint ? hint(local, seed, r->hits) : 1.0f;
             double mu = (double)sss_intensity(&s, hits[i].position, hits[i].normal);
             double distance = st_length(st_sum(st_double(hits[i].position), st_double(x), -1.0));
 
-            for (c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; ++c) {
                 if (k->profile[c].albedo == 0.0) continue;
                 r->weight[c] += (double)light * st_rd(&k->profile[c], distance) /
                                 k->profile[c].albedo / (mu * plan->candidates);
@@ -159,17 +155,17 @@ static int lookup(const st_fixture *f, const colours *k, const sss_plan *plan, u
    of its channels' W_c, and every exit has a channel. */
 static int is_partition(const colours *k, const reservoirs *r, const sss_exit *exits, int found) {
     double live = live_of(k);
-    int way, c, e, ways = found * found * found;
+    int ways = found * found * found;
 
-    for (way = 0; way < ways; ++way) {
+    for (int way = 0; way < ways; ++way) {
         int of[3], right = 1;
         double sum[SSS_MAX_EXITS] = {0.0};
 
         of[0] = way % found;
         of[1] = way / found % found;
         of[2] = way / found / found;
-        for (c = 0; c < 3; ++c) sum[of[c]] += r->weight[c];
-        for (e = 0; e < found; ++e) {
+        for (int c = 0; c < 3; ++c) sum[of[c]] += r->weight[c];
+        for (int e = 0; e < found; ++e) {
             double held = (double)exits[e].mass * r->light[exits[e].hit] * live;
 
             /* Some twenty roundings and the errors of profile and intensity. */
@@ -187,29 +183,27 @@ static void masses_are_sums_over_channels(void **state) {
     static st_hint *const hints[3] = {NULL, hint_spot, hint_shadow};
     static reservoirs r;
     long exits_of[4] = {0, 0, 0, 0};
-    int k, e, i;
 
     (void)state;
-    for (k = 0; k < 3 * 3 * 3 * 3; ++k) {
+    for (int k = 0; k < 3 * 3 * 3 * 3; ++k) {
         st_fixture f = st_standard((st_kind)(k % 3), st_stay());
         sss_plan plan = plan_of(k % 4 == 0 ? 3 : 8, 0u, k % 2);
-        colours m;
-        uint32_t seed;
 
         /* A face at the depth of the sphere technique's point: hits there are left out. */
         if (f.kind == ST_SLAB) f.size = 0.83;
+        colours m;
         make_colours(k / 27, albedo, lengths[k / 9 % 3], &m);
-        for (seed = 0; seed < 60u; ++seed) {
+        for (uint32_t seed = 0; seed < 60u; ++seed) {
             sss_exit exits[SSS_MAX_EXITS];
             int found = lookup(&f, &m, &plan, seed, hints[k / 3 % 3], &r, exits);
 
             check_at_most("exits", found, 3);
             ++exits_of[found];
             if (!found) continue;
-            for (e = 0; e < found; ++e) {
+            for (int e = 0; e < found; ++e) {
                 check_at_least("hit", exits[e].hit, 0.0);
                 check_at_most("hit", exits[e].hit, r.hits - 1);
-                for (i = 0; i < e; ++i) assert_true(exits[i].hit != exits[e].hit);
+                for (int i = 0; i < e; ++i) assert_true(exits[i].hit != exits[e].hit);
             }
             if (!is_partition(&m, &r, exits, found))
                 fail_msg(
@@ -221,7 +215,7 @@ static void masses_are_sums_over_channels(void **state) {
     }
     print_message("    %ld lookups without exit, %ld with one, %ld with two, %ld with three\n",
                   exits_of[0], exits_of[1], exits_of[2], exits_of[3]);
-    for (e = 1; e < 4; ++e) check_at_least("lookups", (double)exits_of[e], 100.0);
+    for (int e = 1; e < 4; ++e) check_at_least("lookups", (double)exits_of[e], 100.0);
 }
 
 /* ---- Means ---- */
@@ -280,38 +274,34 @@ enum { MEANS = sizeof means / sizeof *means };
 static void estimate(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                      st_light *light, st_hint *hint, st_stat stat[4]) {
     static st_stat part[BLOCKS][4];
-    int b, c;
 
     memset(part, 0, sizeof part);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) {
-        long i;
-
-        for (i = b; i < lookups; i += BLOCKS) {
+    for (int b = 0; b < BLOCKS; ++b) {
+        for (long i = b; i < lookups; i += BLOCKS) {
             sss_exit exits[SSS_MAX_EXITS];
             double sum[3] = {0.0, 0.0, 0.0};
-            int e, k, found = st_lookup(f, m, plan, sss_hash(TEST_SEED, (uint32_t)i), hint, exits);
+            int found = st_lookup(f, m, plan, sss_hash(TEST_SEED, (uint32_t)i), hint, exits);
 
-            for (e = 0; e < found; ++e) {
+            for (int e = 0; e < found; ++e) {
                 double shaded = light(st_local(&f->frame, exits[e].position));
 
-                for (k = 0; k < 3; ++k) sum[k] += (double)exits[e].weight[k] * shaded;
+                for (int k = 0; k < 3; ++k) sum[k] += (double)exits[e].weight[k] * shaded;
             }
-            for (k = 0; k < 3; ++k) st_add(&part[b][k], sum[k]);
+            for (int k = 0; k < 3; ++k) st_add(&part[b][k], sum[k]);
             st_add(&part[b][3], found);
         }
     }
     memset(stat, 0, 4 * sizeof *stat);
-    for (b = 0; b < BLOCKS; ++b)
-        for (c = 0; c < 4; ++c) st_merge(&stat[c], &part[b][c]);
+    for (int b = 0; b < BLOCKS; ++b)
+        for (int c = 0; c < 4; ++c) st_merge(&stat[c], &part[b][c]);
 }
 
 static void every_channel_has_its_integral(void **state) {
     st_stat stat[4];
-    int k, c;
 
     (void)state;
-    for (k = 0; k < MEANS; ++k) {
+    for (int k = 0; k < MEANS; ++k) {
         const mean_case *one = &means[k];
         sss_plan plan = plan_of(one->candidates, one->techniques, one->independent);
         st_fixture f = st_standard(one->kind, k % 2 ? st_moved() : st_stay());
@@ -320,7 +310,7 @@ static void every_channel_has_its_integral(void **state) {
 
         make_colours(one->type, one->albedo, one->length, &m);
         estimate(&f, &m.medium, &plan, one->light, one->hint, stat);
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             double truth = st_truth(&f, &m.profile[c], one->light) + m.lambert[c] * here;
             char name[80];
 
@@ -338,21 +328,21 @@ static void colours_are_calm_for_two_exits(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, length[3] = {1.0f, 0.2f, 0.04f};
     static const st_kind kinds[] = {ST_PLANE, ST_SPHERE, ST_SLAB, ST_EDGE, ST_CYLINDER};
     double mean = 0.0;
-    int k, c;
 
     (void)state;
-    for (k = 0; k < 5; ++k) {
+    for (int k = 0; k < 5; ++k) {
         sss_plan plan = plan_of(8, 0u, 0), plain = plan;
         st_fixture f = st_standard(kinds[k], st_stay());
-        st_stat own[4], one[4];
-        colours m;
 
         plain.per_channel = 0;
+        colours m;
         make_colours(BURLEY, albedo, length, &m);
+        st_stat own[4];
         estimate(&f, &m.medium, &plan, st_light_one, NULL, own);
+        st_stat one[4];
         estimate(&f, &m.medium, &plain, st_light_one, NULL, one);
         print_message("    %s: %.3f exits; relative variance", st_kind_name(f.kind), own[3].mean);
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             double mine = st_variance(&own[c]) / (own[c].mean * own[c].mean);
             double theirs = st_variance(&one[c]) / (one[c].mean * one[c].mean);
 
@@ -371,25 +361,23 @@ static void lambert_channels_have_their_own_exit(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f};
     static const float lengths[3][3] = {{1.0f, 0.0f, 0.1f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
     st_fixture f = st_standard(ST_PLANE, st_stay());
-    uint32_t seed;
-    int k, c, e;
 
     (void)state;
-    for (k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
         sss_plan plan = plan_of(8, 0u, 0);
         colours m;
 
         make_colours(BURLEY, albedo, lengths[k], &m);
-        for (seed = 0; seed < 500u; ++seed) {
+        for (uint32_t seed = 0; seed < 500u; ++seed) {
             sss_exit exits[SSS_MAX_EXITS];
             int found = st_lookup(&f, &m.medium, &plan, seed, hint_spot, exits);
 
             check_at_least("exits", found, 1.0);
             check_at_most("exits", found, 1.0 + live_of(&m));
             check_equal("the entry comes once", exits[0].hit, -1);
-            for (e = 0; e < found; ++e) {
+            for (int e = 0; e < found; ++e) {
                 if (e) check_at_least("hit", exits[e].hit, 0.0);
-                for (c = 0; c < 3; ++c) {
+                for (int c = 0; c < 3; ++c) {
                     double here = e == 0 ? m.lambert[c] : 0.0;
 
                     if (lengths[k][c] > 0.0f && e > 0) continue;
@@ -404,25 +392,24 @@ static void lambert_channels_have_their_own_exit(void **state) {
 static void several_exits_are_refused(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, length[3] = {1.0f, 0.2f, 0.04f};
     st_fixture f = st_standard(ST_PLANE, st_stay());
-    sss_vec3 x, n;
     colours m;
-    int exits;
 
     (void)state;
     make_colours(BURLEY, albedo, length, &m);
+    sss_vec3 x, n;
     st_entry(&f, &x, &n);
-    for (exits = -1; exits <= SSS_MAX_EXITS + 1; ++exits) {
-        sss_resampler s;
-        sss_probe probe;
-        sss_exit out[SSS_MAX_EXITS];
+    for (int exits = -1; exits <= SSS_MAX_EXITS + 1; ++exits) {
         sss_plan plan = plan_of(0, 0u, 0);
         int fine = exits == 0 || exits == 1;
 
         plan.exits = exits;
         plan.per_channel = exits % 2 ? -3 : 1; /* any number but 0 */
+        sss_resampler s;
         check_equal("result", sss_begin(&s, &m.medium, &plan, x, n, 1u),
                     fine ? SSS_OK : SSS_BAD_PLAN);
+        sss_probe probe;
         check_equal("probes", sss_next_probe(&s, &probe), fine);
+        sss_exit out[SSS_MAX_EXITS];
         if (!fine) check_equal("exits", sss_finish(&s, out), 0);
     }
 }

@@ -6,8 +6,9 @@ house="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 exact="-ffp-contract=off"
 . tests/check.sh
 
-# One compiler, one standard: the header alone, twice, and used to the last function. In the long run the oldest
-# standard of each language is compiled with -O3 too, which sees what the mere look does not warn of.
+# One compiler, one standard: the header alone, twice, and used to the last function. In the long
+# run the oldest standard of each language is compiled with -O3 too, which sees what the mere look
+# does not warn of.
 compile_all() {
     local compiler=$1 standard=$2 language=$3 how=-fsyntax-only
     local with="$compiler -x $language -std=$standard $house $exact -I."
@@ -43,15 +44,16 @@ exports_nothing() {
     done
 }
 
-# Of libm at most sqrtf (fabsf is an instruction). A compiler copies structures with memcpy and memset as it
-# likes, and bits.c prints.
+# Of libm at most sqrtf (fabsf is an instruction). A compiler copies structures with memcpy and
+# memset as it likes, and bits.c prints.
 calls_only_sqrtf() {
     ! nm -u "$work/bits.o" | awk '{ print $2 }' | grep -vxE \
         'sqrtf|mem(cpy|set|move)|printf|fprintf|stderr|puts|putchar|fwrite|_GLOBAL_OFFSET_TABLE_|__stack_chk_fail'
 }
 
-# bits_of COMPILER FLAGS...: the checksum, or nothing. Linked without the flags: fast math would flush denormals. Other
-# people's builds warn of nothing in all of the interface, also where loops have a single turn.
+# bits_of COMPILER FLAGS...: the checksum, or nothing. Linked without the flags: fast math would
+# flush denormals. Other people's builds warn of nothing in all of the interface, also where loops
+# have a single turn.
 bits_of() {
     "$@" -Wall -Wextra -Werror -I. -c tests/bits.c -o "$work/bits.o" && $1 "$work/bits.o" -o "$work/bits" -lm &&
         "$work/bits"
@@ -108,7 +110,8 @@ wine x86_64-w64-mingw32-gcc -static
 END
 }
 
-# Nothing but the headers that every compiler has itself, and no library: only what a compiler itself may call.
+# Nothing but the headers that every compiler has itself, and no library: only what a compiler
+# itself may call.
 bare() {
     local compiler=$1 own
     own=$(echo '#include <stdint.h>' | $compiler -ffreestanding -E - | sed -n 's,^# 1 "\(.*\)/stdint.h".*,\1,p')

@@ -118,8 +118,8 @@ static void make_channel(contract_case *k, int c, float albedo, float length, fl
    the albedo. */
 static void make_coefficients(contract_case *k, const float *length) {
     float sigma_a[3], sigma_s[3];
-    int c, better = k->level[PROFILE] == BETTER;
-    for (c = 0; c < 3; ++c) {
+    int better = k->level[PROFILE] == BETTER;
+    for (int c = 0; c < 3; ++c) {
         sigma_a[c] = (c == 1 ? 0.4f : 0.1f) / length[c];
         sigma_s[c] = 3.0f / length[c];
         k->profile[c] = st_dipole((double)sigma_a[c], (double)sigma_s[c], (double)1.3f, better);
@@ -134,9 +134,10 @@ static void make_medium(contract_case *k) {
         {1.0f, 1.0f, 1.0f}, {1.0f, 0.1f, 0.01f}, {1.0f, 1.0f, 0.0f}, {0.0f, 1.0f, 0.1f}};
     const float *length = lengths[k->level[CHANNELS]];
     float a[3], dmfp[3];
-    int c, type = k->level[PROFILE];
+    int type = k->level[PROFILE];
+    for (int c = 0; c < 3; ++c)
+        make_channel(k, c, albedos[k->level[CHANNELS]][c], length[c], a, dmfp);
     sss_result result;
-    for (c = 0; c < 3; ++c) make_channel(k, c, albedos[k->level[CHANNELS]][c], length[c], a, dmfp);
     if (type == BURLEY) result = sss_burley(&k->medium, a, dmfp);
     else
         result = (type == BETTER ? sss_better_dipole_from_albedo
@@ -147,18 +148,16 @@ static void make_medium(contract_case *k) {
 /* A plan without chords sees the ball that holds all but 1e-4 of the widest channel's albedo. */
 static void cut_profiles(contract_case *k) {
     double widest = 0.0;
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (k->profile[c].albedo > 0.0)
             widest = fmax(widest, st_radius_of_tail(&k->profile[c], 1e-4));
-    for (c = 0; c < 3; ++c) k->profile[c].cut = widest;
+    for (int c = 0; c < 3; ++c) k->profile[c].cut = widest;
 }
 static void make_case(contract_case *k) {
     static const char *const channels[] = {"grey", "saturated", "live, black, Lambert",
                                            "Lambert, live, live"};
     static const char *const profiles[] = {"Burley", "dipole", "better dipole"};
     static const char *const hint_names[] = {"none", "correlated", "random", "wide", "exact"};
-    int c;
     k->fixture = st_standard((st_kind)k->level[SURFACE], k->level[PLACE] ? st_moved() : st_stay());
     make_medium(k);
     k->plan.techniques = technique_sets[k->level[TECHNIQUES]];
@@ -168,7 +167,7 @@ static void make_case(contract_case *k) {
     k->light = lights[k->level[LIGHT]];
     k->hint = hints[k->level[HINT]][k->level[LIGHT]];
     if (k->plan.techniques == (SSS_DISK | SSS_DISK_TANGENTS)) cut_profiles(k);
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         k->truth[c] = st_truth(&k->fixture, &k->profile[c], k->light) +
                       k->albedo[c] * k->light(st_vec3(0.0, 0.0, 0.0));
     snprintf(k->name, sizeof k->name,
@@ -185,22 +184,21 @@ static int pair_is_new(const int *level, int a, int b) {
     return level[a] >= 0 && level[b] >= 0 && !covered[a][b][level[a]][level[b]];
 }
 static int new_pairs(const int *level) {
-    int a, b, count = 0;
-    for (a = 0; a < FACTORS; ++a)
-        for (b = a + 1; b < FACTORS; ++b) count += pair_is_new(level, a, b);
+    int count = 0;
+    for (int a = 0; a < FACTORS; ++a)
+        for (int b = a + 1; b < FACTORS; ++b) count += pair_is_new(level, a, b);
     return count;
 }
 /* Fills the open factors, in a random order, each with the level that covers most. */
 static void fill_levels(int *level, uint64_t seed) {
-    int i, from = (int)(st_random(seed) * FACTORS);
-    for (i = 0; i < FACTORS; ++i) {
-        int f = (i + from) % FACTORS, l, best = -1, best_level = 0;
+    int from = (int)(st_random(seed) * FACTORS);
+    for (int i = 0; i < FACTORS; ++i) {
+        int f = (i + from) % FACTORS, best = -1, best_level = 0;
         int first = (int)(st_random(seed + 77u * (uint64_t)i + 1u) * levels[f]);
         if (level[f] >= 0) continue;
-        for (l = 0; l < levels[f]; ++l) {
-            int gain;
+        for (int l = 0; l < levels[f]; ++l) {
             level[f] = (l + first) % levels[f];
-            gain = new_pairs(level);
+            int gain = new_pairs(level);
             if (gain > best) best = gain, best_level = level[f];
         }
         level[f] = best_level;
@@ -208,11 +206,10 @@ static void fill_levels(int *level, uint64_t seed) {
 }
 /* Any pair not covered yet. */
 static int open_pair(int *level) {
-    int a, b, i, j;
-    for (a = 0; a < FACTORS; ++a)
-        for (b = a + 1; b < FACTORS; ++b)
-            for (i = 0; i < levels[a]; ++i)
-                for (j = 0; j < levels[b]; ++j)
+    for (int a = 0; a < FACTORS; ++a)
+        for (int b = a + 1; b < FACTORS; ++b)
+            for (int i = 0; i < levels[a]; ++i)
+                for (int j = 0; j < levels[b]; ++j)
                     if (!covered[a][b][i][j]) {
                         level[a] = i;
                         level[b] = j;
@@ -221,8 +218,7 @@ static int open_pair(int *level) {
     return 0;
 }
 static void clear_levels(int *level) {
-    int f;
-    for (f = 0; f < FACTORS; ++f) level[f] = -1;
+    for (int f = 0; f < FACTORS; ++f) level[f] = -1;
 }
 /* About how long a case takes, in no unit: the design prefers cheap ones. */
 static double cost(const int *level) {
@@ -238,23 +234,23 @@ static double cost(const int *level) {
     return (1.0 + m * (1.0 + 1.2 * hits)) * variance;
 }
 static int make_design(contract_case *found) {
-    int count = 0, a, b, attempt, start[FACTORS], level[FACTORS];
+    int count = 0;
     memset(covered, 0, sizeof covered);
+    int start[FACTORS], level[FACTORS];
     for (clear_levels(start); open_pair(start); clear_levels(start), ++count) {
         double best = -1.0;
         assert_true(count < MAX_CASES);
-        for (attempt = 0; attempt < 300; ++attempt) {
-            double value;
+        for (int attempt = 0; attempt < 300; ++attempt) {
             memcpy(level, start, sizeof level);
             fill_levels(level, TEST_SEED + 1000u * (uint64_t)(300 * count + attempt));
-            value = new_pairs(level) / (cost(level) + 20.0);
+            double value = new_pairs(level) / (cost(level) + 20.0);
             if (value > best) {
                 best = value;
                 memcpy(found[count].level, level, sizeof level);
             }
         }
-        for (a = 0; a < FACTORS; ++a)
-            for (b = a + 1; b < FACTORS; ++b)
+        for (int a = 0; a < FACTORS; ++a)
+            for (int b = a + 1; b < FACTORS; ++b)
                 covered[a][b][found[count].level[a]][found[count].level[b]] = 1;
     }
     return count;
@@ -263,44 +259,41 @@ static int make_design(contract_case *found) {
 /* ---- Running ---- */
 static void run_block(const contract_case *k, uint32_t name, uint32_t first, uint32_t count,
                       st_stat *stats) {
-    sss_exit exits[SSS_MAX_EXITS];
-    uint32_t i;
-    int c, e;
     memset(stats, 0, 3 * sizeof *stats);
-    for (i = 0; i < count; ++i) {
+    sss_exit exits[SSS_MAX_EXITS];
+    for (uint32_t i = 0; i < count; ++i) {
         int n =
             st_lookup(&k->fixture, &k->medium, &k->plan, sss_hash(name, first + i), k->hint, exits);
         double sum[3] = {0.0, 0.0, 0.0};
-        for (e = 0; e < n; ++e) {
+        for (int e = 0; e < n; ++e) {
             double light = k->light(st_local(&k->fixture.frame, exits[e].position));
-            for (c = 0; c < 3; ++c) sum[c] += (double)exits[e].weight[c] * light;
+            for (int c = 0; c < 3; ++c) sum[c] += (double)exits[e].weight[c] * light;
         }
-        for (c = 0; c < 3; ++c) st_add(&stats[c], sum[c]);
+        for (int c = 0; c < 3; ++c) st_add(&stats[c], sum[c]);
     }
 }
 static void run_lookups(const contract_case *k, uint32_t name, int blocks, st_stat *total) {
     st_stat(*stats)[3] = (st_stat(*)[3])calloc((size_t)blocks, sizeof *stats);
-    int b, c;
     assert_non_null(stats);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < blocks; ++b) run_block(k, name, (uint32_t)b * BLOCK, BLOCK, stats[b]);
+    for (int b = 0; b < blocks; ++b) run_block(k, name, (uint32_t)b * BLOCK, BLOCK, stats[b]);
     memset(total, 0, 3 * sizeof *total);
-    for (b = 0; b < blocks; ++b)
-        for (c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
+    for (int b = 0; b < blocks; ++b)
+        for (int c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
     free(stats);
 }
 static void check_case(const contract_case *k, int index) {
-    st_stat pilot[3], total[3];
+    st_stat pilot[3];
     double need = 0.0;
-    int c, blocks;
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index, PILOT / BLOCK, pilot);
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (k->truth[c] > 0.0)
             need = fmax(need, st_variance(&pilot[c]) /
                                   pow(st_bluntness() * TARGET_ERROR * k->truth[c], 2.0));
-    blocks = (int)(fmin(need, MOST) / BLOCK) + 1;
+    int blocks = (int)(fmin(need, MOST) / BLOCK) + 1;
+    st_stat total[3];
     run_lookups(k, TEST_SEED + 7919u * (uint32_t)index + 1u, blocks, total);
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         char name[240];
         snprintf(name, sizeof name, "channel %d of: %s", c, k->name);
         if (k->truth[c] == 0.0) check_at_most(name, total[c].mean, 0.0);
@@ -313,11 +306,10 @@ static contract_case cases[MAX_CASES];
 static int case_count;
 
 static int set_up(void **state) {
-    int i;
     (void)state;
     case_count = make_design(cases);
 #pragma omp parallel for schedule(dynamic)
-    for (i = 0; i < case_count; ++i) make_case(&cases[i]);
+    for (int i = 0; i < case_count; ++i) make_case(&cases[i]);
     print_message("%d cases\n", case_count);
     return 0;
 }
@@ -330,18 +322,16 @@ static void fixtures_agree_with_closed_forms(void **state) {
                                             1.0575796767025040,
                                             0.57549825590427322};
     st_profile p = st_burley(1.0, st_burley_s(1.0));
-    int i;
     (void)state;
-    for (i = 0; i < ST_KINDS; ++i) {
+    for (int i = 0; i < ST_KINDS; ++i) {
         st_fixture f = st_standard((st_kind)i, st_stay());
         check_relative(st_kind_name(f.kind), st_closed_form(&f), theory[i], 2e-7);
         check_relative(st_kind_name(f.kind), st_truth(&f, &p, st_light_one), theory[i], 1e-5);
     }
 }
 static void mean_of_exits_is_the_integral(void **state) {
-    int i;
     (void)state;
-    for (i = 0; i < case_count; ++i) check_case(&cases[i], i);
+    for (int i = 0; i < case_count; ++i) check_case(&cases[i], i);
 }
 
 /* ---- What an exit is ---- */
@@ -352,17 +342,17 @@ typedef struct hit_list {
     sss_vec3 normal[64 * ST_MAX_HITS];
 } hit_list;
 static int traced_lookup(const contract_case *k, uint32_t seed, hit_list *list, sss_exit *exits) {
-    sss_resampler s;
-    sss_probe probe;
     sss_vec3 x, n;
-    st_hit hits[ST_MAX_HITS];
     int probes = 0;
     st_entry(&k->fixture, &x, &n);
     list->count = 0;
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, &k->medium, &k->plan, x, n, seed), SSS_OK);
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     for (; sss_next_probe(&s, &probe); ++probes) {
-        int i, count = st_trace(&k->fixture, &probe, hits);
-        for (i = 0; i < count; ++i) {
+        int count = st_trace(&k->fixture, &probe, hits);
+        for (int i = 0; i < count; ++i) {
             sss_add_hit(&s, hits[i].position, hits[i].normal, 1.0f);
             list->position[list->count] = hits[i].position;
             list->normal[list->count++] = hits[i].normal;
@@ -375,15 +365,14 @@ static int traced_lookup(const contract_case *k, uint32_t seed, hit_list *list, 
 static void check_exit(const contract_case *k, const hit_list *list, const sss_exit *exit) {
     sss_vec3 x, n;
     double length = st_length(st_double(exit->normal));
-    int i, c, lambert;
     st_entry(&k->fixture, &x, &n);
     check_near(k->name, length, 1.0, 1e-6);
-    lambert = st_same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
-    for (c = 0; c < 3; ++c)
+    int lambert = st_same_bits(exit->position, x) && k->level[CHANNELS] >= BLACK_AND_LAMBERT;
+    for (int c = 0; c < 3; ++c)
         if ((k->albedo[c] > 0.0) != lambert || k->truth[c] == 0.0)
             check_equal(k->name, exit->weight[c] != 0.0f, 0);
     if (lambert) return;
-    for (i = 0; i < list->count; ++i)
+    for (int i = 0; i < list->count; ++i)
         if (st_same_bits(list->position[i], exit->position)) {
             check_near(k->name, st_dot(st_double(list->normal[i]), st_double(exit->normal)), 1.0,
                        1e-6);
@@ -394,17 +383,15 @@ static void check_exit(const contract_case *k, const hit_list *list, const sss_e
 static void exits_are_distinct_hits(void **state) {
     static hit_list list;
     sss_exit exits[SSS_MAX_EXITS];
-    uint32_t seed;
-    int i, e, d;
     (void)state;
-    for (i = 0; i < case_count; ++i) {
+    for (int i = 0; i < case_count; ++i) {
         const contract_case *k = &cases[i];
-        for (seed = 0; seed < 500; ++seed) {
+        for (uint32_t seed = 0; seed < 500; ++seed) {
             int n = traced_lookup(k, sss_hash(TEST_SEED + (uint32_t)i, seed), &list, exits);
             if (n < 0 || n > k->plan.exits) fail_msg("%s: %d exits", k->name, n);
-            for (e = 0; e < n; ++e) {
+            for (int e = 0; e < n; ++e) {
                 check_exit(k, &list, &exits[e]);
-                for (d = 0; d < e; ++d)
+                for (int d = 0; d < e; ++d)
                     check_equal(k->name, st_same_bits(exits[d].position, exits[e].position), 0);
             }
         }

@@ -31,15 +31,14 @@ typedef struct means {
 
 static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                       const lighting *l, uint32_t first, int lookups, means *to) {
-    sss_exit exits[SSS_MAX_EXITS];
-    int i, e, c;
     memset(to, 0, sizeof *to);
-    for (i = 0; i < lookups; ++i) {
+    sss_exit exits[SSS_MAX_EXITS];
+    for (int i = 0; i < lookups; ++i) {
         int n = st_lookup(f, m, plan, sss_hash(TEST_SEED + (uint32_t)measured, first + (uint32_t)i),
                           l->hint, exits);
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             double sum = 0.0;
-            for (e = 0; e < n; ++e) {
+            for (int e = 0; e < n; ++e) {
                 to->bad += !(exits[e].weight[c] >= 0.0f && exits[e].weight[c] <= FLT_MAX);
                 sum +=
                     (double)exits[e].weight[c] * l->light(st_local(&f->frame, exits[e].position));
@@ -51,15 +50,16 @@ static void run_block(const st_fixture *f, const sss_medium *m, const sss_plan *
 static means run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, const lighting *l,
                  int lookups) {
     static means blocks[BLOCKS];
-    means all;
-    int b, c, each = st_samples(lookups) / BLOCKS;
+    int each = st_samples(lookups) / BLOCKS;
     ++measured;
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) run_block(f, m, plan, l, (uint32_t)(b * each), each, &blocks[b]);
+    for (int b = 0; b < BLOCKS; ++b)
+        run_block(f, m, plan, l, (uint32_t)(b * each), each, &blocks[b]);
+    means all;
     memset(&all, 0, sizeof all);
-    for (b = 0; b < BLOCKS; ++b) {
+    for (int b = 0; b < BLOCKS; ++b) {
         all.bad += blocks[b].bad;
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             st_merge(&all.channel[c], &blocks[b].channel[c]);
             st_add(&all.variance[c], st_relative_variance(&blocks[b].channel[c]));
         }
@@ -71,9 +71,8 @@ static void check_plane(const char *name, const sss_medium *m, const sss_plan *p
                         double rounding, int lookups) {
     st_fixture plane = st_standard(ST_PLANE, frame);
     means all = run(&plane, m, plan, &everywhere, lookups);
-    int c;
     check_equal(name, all.bad, 0);
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         double albedo = (double)m->albedo[c];
         check_z(name, all.channel[c].mean, st_error(&all.channel[c]), albedo, rounding * albedo,
                 Z_LIMIT);
@@ -89,19 +88,19 @@ static constructor *const by_albedo[3] = {burley, sss_dipole_from_albedo,
 static const char *const names[3] = {"Burley", "dipole", "better dipole"};
 
 static sss_medium grey(int type, float albedo, float length, float eta) {
-    float a[3], b[3];
-    sss_medium m;
+    float a[3];
     a[0] = a[1] = a[2] = albedo;
+    float b[3];
     b[0] = b[1] = b[2] = length;
+    sss_medium m;
     assert_int_equal(by_albedo[type](&m, a, b, eta), SSS_OK);
     return m;
 }
 
 static void lengths_over_24_orders_of_magnitude(void **state) {
-    int type, k;
     (void)state;
-    for (type = 0; type < 3; ++type)
-        for (k = -12; k <= 12; k += 4) {
+    for (int type = 0; type < 3; ++type)
+        for (int k = -12; k <= 12; k += 4) {
             sss_medium m = grey(type, 0.8f, (float)pow(10.0, k), 1.3f);
             check_plane(names[type], &m, &standard, st_stay(), 1e-5, 64000);
         }
@@ -113,9 +112,8 @@ static void lengths_far_apart(void **state) {
     static const float albedo[3] = {0.9f, 0.5f, 0.7f}, all[3] = {1e12f, 1.0f, 1e-12f},
                        some[3] = {1e12f, 3e9f, 1e7f};
     const sss_plan chords = {8, 1, SSS_CHORD, 0, 0, 0};
-    int type;
     (void)state;
-    for (type = 0; type < 3; ++type) {
+    for (int type = 0; type < 3; ++type) {
         sss_medium m;
         assert_int_equal(by_albedo[type](&m, albedo, all, 1.3f), SSS_OK);
         check_plane(names[type], &m, &chords, st_stay(), 1e-5, 320000);
@@ -130,16 +128,14 @@ static void saturated_colours(void **state) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, length[3] = {10.0f, 0.1f, 0.001f};
     const st_fixture plane = st_standard(ST_PLANE, st_stay());
     const sss_plan one = {1, 1, 0u, 0, 0, 0};
-    int type, c;
     (void)state;
-    for (type = 0; type < 3; ++type) {
+    for (int type = 0; type < 3; ++type) {
         sss_medium m;
-        means single, all;
         assert_int_equal(by_albedo[type](&m, albedo, length, 1.3f), SSS_OK);
         check_plane(names[type], &m, &standard, st_stay(), 1e-5, 320000);
-        single = run(&plane, &m, &one, &everywhere, 320000);
-        all = run(&plane, &m, &standard, &everywhere, 320000);
-        for (c = 0; c < 3; ++c) {
+        means single = run(&plane, &m, &one, &everywhere, 320000);
+        means all = run(&plane, &m, &standard, &everywhere, 320000);
+        for (int c = 0; c < 3; ++c) {
             double v1 = single.variance[c].mean, v8 = all.variance[c].mean,
                    error = st_error(&all.variance[c]);
             print_message(
@@ -167,10 +163,9 @@ static void albedo_of_one(void **state) {
 }
 static void indices_of_refraction(void **state) {
     static const float eta[] = {0.2f, 0.8f, 0.99999994f, 1.0f, 1.00000012f, 1.33f, 5.0f};
-    int type, i;
     (void)state;
-    for (type = 1; type < 3; ++type)
-        for (i = 0; i < 7; ++i) {
+    for (int type = 1; type < 3; ++type)
+        for (int i = 0; i < 7; ++i) {
             sss_medium m = grey(type, 0.8f, 1.0f, eta[i]);
             check_plane(names[type], &m, &standard, st_stay(), 1e-5, 64000);
         }
@@ -180,9 +175,8 @@ static void indices_of_refraction(void **state) {
    errors average out. */
 static void far_from_the_origin(void **state) {
     const st_frame far = st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(1e5, -1e5, 1e5));
-    int type;
     (void)state;
-    for (type = 0; type < 3; ++type) {
+    for (int type = 0; type < 3; ++type) {
         sss_medium m = grey(type, 0.8f, 300.0f, 1.3f);
         double near_by = (double)sss_within(&m, 0, 16.0f / 256.0f) / 0.8;
         check_plane(names[type], &m, &standard, far, 8.0 * near_by, 320000);
@@ -191,17 +185,15 @@ static void far_from_the_origin(void **state) {
 static void many_and_few(void **state) {
     st_fixture ball = st_standard(ST_SPHERE, st_moved());
     static const int candidates[] = {1, 2, SSS_MAX_CANDIDATES};
-    int i, exits;
     (void)state;
-    for (i = 0; i < 3; ++i)
-        for (exits = 1; exits <= SSS_MAX_EXITS; ++exits) {
+    for (int i = 0; i < 3; ++i)
+        for (int exits = 1; exits <= SSS_MAX_EXITS; ++exits) {
             sss_medium m = grey(0, 0.8f, 3.0f, 1.0f);
             st_profile p = st_burley((double)0.8f, 3.0);
             sss_plan plan = {0, 0, 0u, 0, 0, 0};
-            means all;
             plan.candidates = candidates[i];
             plan.exits = exits;
-            all = run(&ball, &m, &plan, &everywhere, 2560000 / (4 + candidates[i]));
+            means all = run(&ball, &m, &plan, &everywhere, 2560000 / (4 + candidates[i]));
             check_equal("weights", all.bad, 0);
             check_z("1, 2 and 256 candidates", all.channel[0].mean, st_error(&all.channel[0]),
                     st_truth(&ball, &p, st_light_one), 1e-5, Z_LIMIT);
@@ -234,21 +226,20 @@ static void light_that_vanishes(void **state) {
                  {"0 on all that is lit", {half_lit, hint_wrong}, 0.0, 0.5},
                  {"0 on all", {st_light_one, hint_nothing}, 0.0, 1.0}};
     const st_fixture plane = st_standard(ST_PLANE, st_stay());
-    int type, i, exits;
     (void)state;
-    for (type = 0; type < 3; ++type)
-        for (i = 0; i < 5; ++i)
-            for (exits = 1; exits <= SSS_MAX_EXITS; exits += 3) {
+    for (int type = 0; type < 3; ++type)
+        for (int i = 0; i < 5; ++i)
+            for (int exits = 1; exits <= SSS_MAX_EXITS; exits += 3) {
                 sss_medium m = grey(type, 0.8f, 1.0f, 1.3f);
                 sss_plan plan = standard;
-                means all;
-                double z, albedo = (double)0.8f;
+                double albedo = (double)0.8f;
                 plan.exits = exits;
-                all = run(&plane, &m, &plan, &cases[i].lighting, 64000);
+                means all = run(&plane, &m, &plan, &cases[i].lighting, 64000);
                 check_equal(cases[i].name, all.bad, 0);
                 check_z(cases[i].name, all.channel[0].mean, st_error(&all.channel[0]),
                         cases[i].expected * albedo, 1e-5, Z_LIMIT);
-                z = fabs(all.channel[0].mean - cases[i].truth * albedo) / st_error(&all.channel[0]);
+                double z =
+                    fabs(all.channel[0].mean - cases[i].truth * albedo) / st_error(&all.channel[0]);
                 if (i > 0 && !(z > Z_LIMIT))
                     fail_msg("%s: light was lost, and z is %.2f", cases[i].name, z);
             }

@@ -15,20 +15,22 @@
 
 /* Burley with d = length in each channel. */
 static sss_medium burley(float albedo, float red, float green, float blue) {
-    float a[3], dmfp[3], s = (float)st_burley_s((double)albedo);
-    sss_medium m;
+    float a[3], s = (float)st_burley_s((double)albedo);
     a[0] = a[1] = a[2] = albedo;
+    float dmfp[3];
     dmfp[0] = red * s;
     dmfp[1] = green * s;
     dmfp[2] = blue * s;
+    sss_medium m;
     assert_int_equal(sss_burley(&m, a, dmfp), SSS_OK);
     return m;
 }
 static sss_medium dipole(int better, double sigma_a, double sigma_s, float eta) {
-    float a[3], b[3];
-    sss_medium m;
+    float a[3];
     a[0] = a[1] = a[2] = (float)sigma_a;
+    float b[3];
     b[0] = b[1] = b[2] = (float)sigma_s;
+    sss_medium m;
     assert_int_equal((better ? sss_better_dipole : sss_dipole)(&m, a, b, eta), SSS_OK);
     return m;
 }
@@ -37,25 +39,24 @@ static sss_medium dipole(int better, double sigma_a, double sigma_s, float eta) 
 static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
                 st_hint *hint, uint32_t name, int lookups, st_stat *total) {
     static st_stat stats[BLOCKS][3];
-    int b, c, each = lookups / BLOCKS;
+    int each = lookups / BLOCKS;
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) {
-        sss_exit exits[SSS_MAX_EXITS];
-        int i, e, k;
+    for (int b = 0; b < BLOCKS; ++b) {
         memset(stats[b], 0, sizeof stats[b]);
-        for (i = 0; i < each; ++i) {
+        sss_exit exits[SSS_MAX_EXITS];
+        for (int i = 0; i < each; ++i) {
             int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * each + i)), hint, exits);
             double sum[3] = {0.0, 0.0, 0.0};
-            for (e = 0; e < n; ++e)
-                for (k = 0; k < 3; ++k)
+            for (int e = 0; e < n; ++e)
+                for (int k = 0; k < 3; ++k)
                     sum[k] +=
                         (double)exits[e].weight[k] * light(st_local(&f->frame, exits[e].position));
-            for (k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
+            for (int k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
         }
     }
     memset(total, 0, 3 * sizeof *total);
-    for (b = 0; b < BLOCKS; ++b)
-        for (c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
+    for (int b = 0; b < BLOCKS; ++b)
+        for (int c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
 }
 
 /* ---- Profiles ---- */
@@ -66,19 +67,19 @@ static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, 
 static void dipoles_do_not_cancel(void **state) {
     static const double dark[] = {0.25, 0.01, 1e-6}; /* 1 - albedo' */
     double worst = 0.0;
-    int i, k, better, compared = 0;
+    int compared = 0;
     (void)state;
-    for (better = 0; better < 2; ++better)
-        for (i = 0; i < 3; ++i) {
+    for (int better = 0; better < 2; ++better)
+        for (int i = 0; i < 3; ++i) {
             sss_medium m = dipole(better, dark[i], 1.0 - dark[i], 1.4f);
             st_profile p = st_dipole((double)(float)dark[i], (double)(float)(1.0 - dark[i]),
                                      (double)1.4f, better);
-            for (k = 0; k <= 1400; ++k) {
+            for (int k = 0; k <= 1400; ++k) {
                 float r = (float)(p.zr * pow(10.0, -3.0 + k / 200.0));
-                double exact = st_rd(&p, (double)r), error;
+                double exact = st_rd(&p, (double)r);
                 if (p.s * hypot((double)r, p.zv) > 69.0)
                     break; /* beyond 70 the profile is said to stay as it is */
-                error = fabs((double)sss_profile(&m, 0, r) / exact - 1.0);
+                double error = fabs((double)sss_profile(&m, 0, r) / exact - 1.0);
                 worst = error <= worst ? worst : error;
                 ++compared;
             }
@@ -95,10 +96,9 @@ static void albedo_near_one_stays_calm(void **state) {
     const sss_plan plan = {1, 1, SSS_DISK, 1, 0, 0};
     st_fixture f = st_standard(ST_PLANE, st_stay());
     double worst = 0.0;
-    int i, better;
     (void)state;
-    for (better = 0; better < 2; ++better)
-        for (i = 0; i < 4; ++i) {
+    for (int better = 0; better < 2; ++better)
+        for (int i = 0; i < 4; ++i) {
             sss_medium m = dipole(better, dark[i], 1.0 - dark[i], 1.4f);
             double albedo = (double)m.albedo[0];
             st_stat got[3];
@@ -129,10 +129,10 @@ static double beyond_pole(double z, int chord, double r) {
     return chord ? 0.5 * (3.0 * c - c * c * c) : c;
 }
 static double beyond(const sss_medium *m, int chord, double r) {
-    double sigma = (double)m->sigma[0], poles;
+    double sigma = (double)m->sigma[0];
     if (!m->dipole) return beyond_burley((double)m->length[0], chord, r);
-    poles = 0.5 *
-            (beyond_pole((double)m->length[0], chord, r) + beyond_pole((double)m->zv[0], chord, r));
+    double poles = 0.5 * (beyond_pole((double)m->length[0], chord, r) +
+                          beyond_pole((double)m->zv[0], chord, r));
     return sigma > 0.0 ? 0.5 * (poles + beyond_burley(1.0 / (3.0 * sigma), chord, r)) : poles;
 }
 /* Kolmogorov and Smirnov's distance, times sqrt(n); disk probes beyond r_max are missing and lie
@@ -144,17 +144,17 @@ static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
     const sss_plan plan = {1, 1, chord ? SSS_CHORD : SSS_DISK, 0, 0, 0};
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
     double worst = 0.0;
-    int i, n = 0;
-    for (i = 0; i < lookups; ++i) {
+    int n = 0;
+    for (int i = 0; i < lookups; ++i) {
         sss_resampler s;
-        sss_probe p;
         sss_begin(&s, m, &plan, origin, up, sss_hash(name, (uint32_t)i));
+        sss_probe p;
         if (!sss_next_probe(&s, &p)) continue;
         r[n++] =
             chord ? st_length(st_double(p.origin)) : hypot((double)p.origin.x, (double)p.origin.y);
     }
     qsort(r, (size_t)n, sizeof *r, compare_doubles);
-    for (i = 0; i < n; ++i) {
+    for (int i = 0; i < n; ++i) {
         double within = 1.0 - beyond(m, chord, r[i]);
         worst = fmax(worst,
                      fmax(fabs(within - (double)i / lookups), fabs(within - (i + 1.0) / lookups)));
@@ -163,10 +163,9 @@ static double distance_of_radii(const sss_medium *m, int chord, uint32_t name) {
 }
 static void radii_follow_their_density_to_the_ends(void **state) {
     double worst = 0.0;
-    int i, chord;
     (void)state;
-    for (i = 0; i < 5; ++i)
-        for (chord = 0; chord < 2; ++chord) {
+    for (int i = 0; i < 5; ++i)
+        for (int chord = 0; chord < 2; ++chord) {
             sss_medium m = i == 0 ? burley(0.8f, 1.0f, 1.0f, 1.0f)
                                   : dipole(i > 2, i & 1 ? 0.1 : 0.0, i & 1 ? 0.9 : 1.0, 1.4f);
             double distance =
@@ -204,20 +203,19 @@ static void check_end(const char *name, const sss_resampler *s, const sss_probe 
 static void probes_and_density_end_at_the_same_ball(void **state) {
     static const unsigned techniques[] = {SSS_DISK, SSS_DISK_TANGENTS, SSS_SPHERE};
     const sss_vec3 x = {0.25f, -0.5f, 0.125f}, n = {0.3f, -0.5f, 0.8f};
-    int k, t, probes = 0;
-    uint32_t seed;
+    int probes = 0;
     (void)state;
-    for (k = 0; k < 3; ++k)
-        for (t = 0; t < 3; ++t) {
+    for (int k = 0; k < 3; ++k)
+        for (int t = 0; t < 3; ++t) {
             sss_medium m = k == 0   ? burley(0.8f, 1.0f, 1.0f, 1.0f)
                            : k == 1 ? burley(0.8f, 0.01f, 1.0f, 0.1f)
                                     : dipole(1, 0.1, 0.9, 1.4f);
             const sss_plan plan = {8, 1, techniques[t], 0, 0, 0};
             double r_max = (double)m.r_max, near_by = 1e-3 * r_max;
-            for (seed = 0; seed < 2000u; ++seed) {
+            for (uint32_t seed = 0; seed < 2000u; ++seed) {
                 sss_resampler s;
-                sss_probe p;
                 sss_begin(&s, &m, &plan, x, n, sss_hash(TEST_SEED, seed));
+                sss_probe p;
                 for (; sss_next_probe(&s, &p); ++probes) {
                     double end = (double)p.length;
                     if (end < 100.0 * near_by) continue; /* at the rim the ends are ill defined */
@@ -239,28 +237,27 @@ static void bodies_smaller_than_the_depth(void **state) {
         {ST_SPHERE, 0.2}, {ST_SPHERE, 0.05}, {ST_SLAB, 0.05}, {ST_SLAB, 1.0}, {ST_CYLINDER, 0.1}};
     static const unsigned sets[] = {0u, SSS_SPHERE | SSS_CHORD};
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
-    int i, t;
     (void)state;
-    for (i = 0; i < 5; ++i)
-        for (t = 0; t < 2; ++t) {
+    for (int i = 0; i < 5; ++i)
+        for (int t = 0; t < 2; ++t) {
             const sss_plan plan = {8, 1, sets[t], 0, 0, 0};
             st_fixture f = st_standard(bodies[i].kind, st_stay());
-            double truth;
-            st_stat got[3];
-            char name[80];
             f.size = i == 3
                          ? (double)m.length[0]
                          : bodies[i].size; /* h to the last bit: all lines meet the far side at o */
-            truth = (double)0.8f * st_closed_form(&f);
+            double truth = (double)0.8f * st_closed_form(&f);
+            st_stat got[3];
             run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 200u + (uint32_t)(2 * i + t),
                 st_samples(400000), got);
+            char name[80];
             snprintf(name, sizeof name, "%s %g, techniques %u", st_kind_name(f.kind), f.size,
                      plan.techniques);
             print_message("    %s %g, %s: relative variance %.2f\n", st_kind_name(f.kind), f.size,
                           t ? "sphere and chord" : "default", st_relative_variance(&got[1]));
             check_z(name, got[1].mean, st_error(&got[1]), truth, 2e-5 * truth, Z_LIMIT);
             if (t == 0 && i == 0)
-                check_at_most("relative variance of the default", st_relative_variance(&got[1]), 5.0);
+                check_at_most("relative variance of the default", st_relative_variance(&got[1]),
+                              5.0);
         }
 }
 
@@ -309,16 +306,15 @@ static void colour_noise_falls_with_exits(void **state) {
     static const int exits[] = {1, 2, 4};
     sss_medium m = burley(0.8f, 10.0f, 0.1f, 0.001f);
     st_fixture f = st_standard(ST_PLANE, st_stay());
-    int i, c;
     (void)state;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const sss_plan plan = {256, exits[i], 0u, 0, 0, 0};
         st_stat got[3];
         run(&f, &m, &plan, st_light_one, NULL, TEST_SEED + 400u + (uint32_t)i, 12800, got);
         print_message("    %d exits: relative variance %.3f %.3f %.3f\n", exits[i],
                       st_relative_variance(&got[0]), st_relative_variance(&got[1]),
                       st_relative_variance(&got[2]));
-        for (c = 0; c < 3; ++c)
+        for (int c = 0; c < 3; ++c)
             check_at_most("relative variance of a colour", st_relative_variance(&got[c]),
                           2.0 / exits[i] + 24.0 / 256.0);
     }
@@ -331,27 +327,24 @@ static void sums_of_many_weights_are_kept(void **state) {
     static const int candidates[] = {256, 65534};
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     st_fixture f = st_standard(ST_PLANE, st_stay());
-    int i;
     (void)state;
-    for (i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i) {
         const sss_plan plan = {candidates[i], 1, SSS_CHORD, 0, 0, 0};
         double worst = 0.0;
-        uint32_t seed;
-        for (seed = 0; seed < (i ? 20u : 5000u); ++seed) {
-            sss_resampler s;
-            sss_probe probe;
-            sss_exit exit;
+        for (uint32_t seed = 0; seed < (i ? 20u : 5000u); ++seed) {
             sss_vec3 x, n;
-            st_hit hits[ST_MAX_HITS];
-            double expected;
             int k = 0;
             st_entry(&f, &x, &n);
+            sss_resampler s;
             assert_int_equal(sss_begin(&s, &m, &plan, x, n, sss_hash(TEST_SEED, seed)), SSS_OK);
+            sss_probe probe;
+            st_hit hits[ST_MAX_HITS];
             while (sss_next_probe(&s, &probe))
                 if (st_trace(&f, &probe, hits))
                     sss_add_hit(&s, hits[0].position, hits[0].normal, 1.0f), ++k;
+            sss_exit exit;
             assert_int_equal(sss_finish(&s, &exit), 1);
-            expected = 2.0 * (double)0.8f * k / candidates[i];
+            double expected = 2.0 * (double)0.8f * k / candidates[i];
             check_relative("sum of equal weights", (double)exit.weight[0], expected,
                            (k + 4) * EPSILON);
             worst = fmax(worst, fabs((double)exit.weight[0] / expected - 1.0));
@@ -367,23 +360,22 @@ static void the_first_hit_is_always_held(void **state) {
     sss_medium m = burley(0.8f, 1.0f, 1.0f, 1.0f);
     const sss_plan plan = {1, 1, SSS_CHORD | SSS_DISK, 0, 0, 0};
     const sss_vec3 origin = {0.0f, 0.0f, 0.0f}, up = {0.0f, 0.0f, 1.0f};
-    uint32_t seed;
-    int found = 0, i, held = 0;
+    int found = 0, held = 0;
     (void)state;
-    for (seed = 0; found < 20; ++seed) {
+    for (uint32_t seed = 0; found < 20; ++seed) {
         uint32_t bits = sss_hash(sss_hash(seed, 0u), 0x70000000u);
 
         if (bits + 0x4000u > 0x8000u) continue;
         ++found;
-        for (i = 0; i < 20000; ++i) {
+        for (int i = 0; i < 20000; ++i) {
             sss_resampler s;
-            sss_probe probe;
-            sss_exit exit;
             sss_vec3 at = st_float(
                 st_vec3(pow(10.0, 1.6 * st_signed((uint64_t)i)), 0.0, st_signed((uint64_t)i + 1u)));
             sss_begin(&s, &m, &plan, origin, up, seed);
+            sss_probe probe;
             if (!sss_next_probe(&s, &probe)) break;
             sss_add_hit(&s, at, up, (float)exp2(20.0 * st_signed((uint64_t)i + 2u)));
+            sss_exit exit;
             if (sss_finish(&s, &exit) != 1 || !(exit.weight[0] > 0.0f))
                 fail_msg("seed %u: the hit at %g %g is lost", seed, (double)at.x, (double)at.z);
             ++held;

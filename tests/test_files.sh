@@ -1,6 +1,7 @@
 #!/bin/bash
-# What the programs write is whole or as it was, one output does not take another with it, and what they read is a
-# picture. Run from the top of the repository, after `make all`. SPDX-License-Identifier: MIT
+# What the programs write is whole or as it was, one output does not take another with it, and what
+# they read is a picture. Run from the top of the repository, after `make all`.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 render=$build/render
@@ -84,7 +85,8 @@ tried_at_first() {
     [ "$(ls)" = "" ]
 }
 
-# Nobody reads: refused at once. Somebody does: all of it. Somebody leaves: the other output is there.
+# Nobody reads: refused at once. Somebody does: all of it. Somebody leaves: the other output is
+# there.
 pipes() {
     mkfifo pipe && ends 2 1 "$render" $small --pfm pipe || return 1
     "$render" $small --pfm whole.pfm || return 1
@@ -149,7 +151,8 @@ check "Ctrl-C keeps what is compared by then" in_folder stops_comparing
 
 # ---- PFM files
 
-# pfm NAME SIZE SCALE VALUE NOTE: a picture of 4 x 4 pixels, all of which have these four bytes, little endian.
+# pfm NAME SIZE SCALE VALUE NOTE: a picture of 4 x 4 pixels, all of which have these four bytes,
+# little endian.
 pfm() {
     local four=$4$4$4$4
     local row=$four$four$four
@@ -186,7 +189,8 @@ bad_notes() {
     pfm a "4 4" -1.0 $one "samples 0 1 seed 4294967295 of slab burley\n" && "$render" --merge a.pfm --pfm x
 }
 
-# 3,000 parts with gaps between them, and another that fits into one: what render says of them has 100 KB.
+# 3,000 parts with gaps between them, and another that fits into one: what render says of them has
+# 100 KB.
 many_parts() {
     local i parts=()
     pfm part "4 4" -1.0 $one ""

@@ -13,23 +13,20 @@ static int media_each = 10000, media_flushed = 5000;
 
 static void test_corpus(void **state) {
     DIR *folder = opendir(DATA_DIR "/fuzz");
-    const struct dirent *entry;
     int files = 0;
     (void)state;
     if (!folder) fail_msg("cannot read %s", DATA_DIR "/fuzz");
+    const struct dirent *entry;
     while ((entry = readdir(folder)) != NULL) {
-        uint8_t data[4096];
-        char path[400];
-        const char *wrong;
-        size_t size;
-        FILE *file;
         if (entry->d_name[0] == '.') continue;
+        char path[400];
         snprintf(path, sizeof path, "%s/fuzz/%s", DATA_DIR, entry->d_name);
-        file = fopen(path, "rb");
+        FILE *file = fopen(path, "rb");
         if (!file) fail_msg("cannot read %s", path);
-        size = fread(data, 1, sizeof data, file);
+        uint8_t data[4096];
+        size_t size = fread(data, 1, sizeof data, file);
         fclose(file);
-        wrong = fuzz_one(data, size, FUZZ_LOOKUPS);
+        const char *wrong = fuzz_one(data, size, FUZZ_LOOKUPS);
         if (wrong) fail_msg("%s: %s", path, wrong);
         ++files;
     }
@@ -40,18 +37,16 @@ static void test_corpus(void **state) {
 
 // Media are numbered; their four bytes are all that fuzz_one is given.
 static void fuzz(int flush, int first_medium, int media) {
-    int i, end = first_medium + media, worst = end;
+    int end = first_medium + media, worst = end;
     const char *first = NULL;
 #pragma omp parallel
     {
         st_flush_denormals(flush);
 #pragma omp for schedule(dynamic, 256)
-        for (i = first_medium; i < end; ++i) {
+        for (int i = first_medium; i < end; ++i) {
             uint8_t data[4];
-            const char *wrong;
-            int k;
-            for (k = 0; k < 4; ++k) data[k] = (uint8_t)((uint32_t)i >> (8 * k));
-            wrong = fuzz_one(data, 4, LOOKUPS);
+            for (int k = 0; k < 4; ++k) data[k] = (uint8_t)((uint32_t)i >> (8 * k));
+            const char *wrong = fuzz_one(data, 4, LOOKUPS);
 #pragma omp critical
             if (wrong && i < worst) worst = i, first = wrong;
         }

@@ -11,10 +11,11 @@ out=$work/gallery
 
 measure() { "$program" --quick "$out" >"$work/table"; }
 
-# Of the classical ways a mean has |z| > 20 against the truth, a variance z > 20 against the header's, and what is exact
-# is over its limit: the bound of the header's weights, or the error that the header promises. Of the header each mean
-# has |z| < 4.5: 33 of them, a false alarm in 2.2e-4 of all choices of seeds, which are fixed. How large a bias would be
-# seen is printed, and bounded. Every panel has rows of both sides.
+# Of the classical ways a mean has |z| > 20 against the truth, a variance z > 20 against the
+# header's, and what is exact is over its limit: the bound of the header's weights, or the error
+# that the header promises. Of the header each mean has |z| < 4.5: 33 of them, a false alarm in
+# 2.2e-4 of all choices of seeds, which are fixed. How large a bias would be seen is printed, and
+# bounded. Every panel has rows of both sides.
 claims_hold() {
     awk -F, -v names="$names" '
         NR == 1 { next }

@@ -4,7 +4,7 @@
    sss_intensity over each.
 
    Comparisons: 368. At |z| < 5.2 the chance that a correct header fails somewhere in this file is
-   368 * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5 or more,
+   368 * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5,
    one that is hit by 10 % at z = 7.7; st_report prints the bias that lifts the rarest to the limit.
    A Jacobian or an axis that is left out changes some place by 20 % or more. */
 #include "sss_test.h"
@@ -61,14 +61,13 @@ static const double rings[2][RINGS + 1] = {{0.0, 0.03, 0.2, 0.8, 2.0, 6.0},
 static void make_medium(sss_medium *m, const config *k) {
     static const float albedo[3] = {0.9f, 0.5f, 0.2f};
     float length[3], sigma_a[3], sigma_s[3];
-    sss_result result;
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         float scale = !k->saturated || c == 0 ? 1.0f : c == 1 ? 0.1f : 0.01f;
         length[c] = scale * (float)st_burley_s((double)albedo[c]);
         sigma_a[c] = 0.1f / scale;
         sigma_s[c] = 3.0f / scale;
     }
+    sss_result result;
     if (k->dipole)
         result = (k->dipole == 2 ? sss_better_dipole : sss_dipole)(m, sigma_a, sigma_s, 1.4f);
     else result = sss_burley(m, albedo, length);
@@ -106,9 +105,8 @@ static double density(const place *p, double u, double v) {
 }
 static double cell(const place *p, double u, double v, double size) {
     double sum = 0.0;
-    int i, j;
-    for (i = 0; i < 3; ++i)
-        for (j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
             double wu, wv, x = st_node(u, u + size, 1, i, &wu), y = st_node(v, v + size, 1, j, &wv);
             sum += wu * wv * density(p, x, y);
         }
@@ -129,51 +127,48 @@ static double integrate(const place *p, double u, double v, double size, double 
 static void count_rings(const st_fixture *f, const double *radii, const sss_probe *probe,
                         double *count) {
     st_hit hits[ST_MAX_HITS];
-    int i, r, n = st_trace(f, probe, hits);
-    for (i = 0; i < n; ++i) {
+    int n = st_trace(f, probe, hits);
+    for (int i = 0; i < n; ++i) {
         double radius = st_length(hits[i].local);
-        for (r = 0; r < RINGS; ++r)
+        for (int r = 0; r < RINGS; ++r)
             if (radius >= radii[r] && radius < radii[r + 1])
                 count[2 * r + !(hits[i].local.x > 0.0)] += 1.0;
     }
 }
 static int crosses_sheet(const sheet *p, st_vec o, st_vec d, double length) {
-    st_vec n = sheet_normal(p), from = st_sum(o, p->corner, -1.0), y;
-    double facing = st_dot(n, d), t = -st_dot(n, from) / facing, uu, uv, vv, yu, yv, det, u, v;
+    st_vec n = sheet_normal(p), from = st_sum(o, p->corner, -1.0);
+    double facing = st_dot(n, d), t = -st_dot(n, from) / facing;
     if (!(t >= 0.0 && t <= length)) return 0;
-    y = st_sum(from, d, t);
-    uu = st_dot(p->a, p->a);
-    uv = st_dot(p->a, p->b);
-    vv = st_dot(p->b, p->b);
-    yu = st_dot(y, p->a);
-    yv = st_dot(y, p->b);
-    det = uu * vv - uv * uv;
-    u = (yu * vv - yv * uv) / det;
-    v = (yv * uu - yu * uv) / det;
+    st_vec y = st_sum(from, d, t);
+    double uu = st_dot(p->a, p->a);
+    double uv = st_dot(p->a, p->b);
+    double vv = st_dot(p->b, p->b);
+    double yu = st_dot(y, p->a);
+    double yv = st_dot(y, p->b);
+    double det = uu * vv - uv * uv;
+    double u = (yu * vv - yv * uv) / det;
+    double v = (yv * uu - yu * uv) / det;
     return u >= 0.0 && u <= 1.0 && v >= 0.0 && v <= 1.0;
 }
 static void count_probe(const st_fixture *surfaces, const sss_probe *probe, double *count) {
     const st_frame *frame = &surfaces[0].frame;
     st_vec o = st_local(frame, probe->origin), d = st_turn_back(frame, st_double(probe->direction));
-    int i;
-    for (i = 0; i < 2; ++i) count_rings(&surfaces[i], rings[i], probe, count + 2 * RINGS * i);
-    for (i = 0; i < SHEETS; ++i)
+    for (int i = 0; i < 2; ++i) count_rings(&surfaces[i], rings[i], probe, count + 2 * RINGS * i);
+    for (int i = 0; i < SHEETS; ++i)
         count[4 * RINGS + i] += (double)crosses_sheet(&sheets[i], o, d, (double)probe->length);
 }
 static void count_block(const st_fixture *surfaces, const sss_medium *m, const sss_plan *plan,
                         uint32_t name, uint32_t first, uint32_t lookups, st_stat *stats) {
     sss_vec3 x, n;
-    uint32_t i;
-    int c;
     st_entry(&surfaces[0], &x, &n);
     memset(stats, 0, PLACES * sizeof *stats);
-    for (i = 0; i < lookups; ++i) {
+    for (uint32_t i = 0; i < lookups; ++i) {
         double count[PLACES] = {0.0};
         sss_resampler s;
-        sss_probe probe;
         sss_begin(&s, m, plan, x, n, sss_hash(name, first + i));
+        sss_probe probe;
         while (sss_next_probe(&s, &probe)) count_probe(surfaces, &probe, count);
-        for (c = 0; c < PLACES; ++c) st_add(&stats[c], count[c] / plan->candidates);
+        for (int c = 0; c < PLACES; ++c) st_add(&stats[c], count[c] / plan->candidates);
     }
 }
 
@@ -197,13 +192,8 @@ static void check_place(const config *k, int number, const st_stat *stat, double
 static void check_config(const config *k, uint32_t name) {
     static st_stat stats[BLOCKS][PLACES];
     st_fixture surfaces[2];
-    sss_medium m;
     sss_plan plan = {0, 0, 0u, 0, 0, 0};
-    sss_resampler s;
-    sss_vec3 x, n;
-    double expected[PLACES];
     uint32_t lookups = (uint32_t)(st_samples(PROBES) / BLOCKS / k->candidates);
-    int b, i;
     /* Far from the origin rounded positions would fall on the entry, where the intensity has a
        pole. */
     st_frame frame = st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(0.023, -0.017, 0.011));
@@ -213,16 +203,20 @@ static void check_config(const config *k, uint32_t name) {
     plan.candidates = k->candidates;
     plan.exits = 1;
     plan.independent = k->independent;
+    sss_medium m;
     make_medium(&m, k);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b)
+    for (int b = 0; b < BLOCKS; ++b)
         count_block(surfaces, &m, &plan, name, (uint32_t)b * lookups, lookups, stats[b]);
-    for (b = 1; b < BLOCKS; ++b)
-        for (i = 0; i < PLACES; ++i) st_merge(&stats[0][i], &stats[b][i]);
+    for (int b = 1; b < BLOCKS; ++b)
+        for (int i = 0; i < PLACES; ++i) st_merge(&stats[0][i], &stats[b][i]);
+    sss_vec3 x, n;
     st_entry(&surfaces[0], &x, &n);
+    sss_resampler s;
     sss_begin(&s, &m, &plan, x, n, 1u);
+    double expected[PLACES];
 #pragma omp parallel for schedule(dynamic)
-    for (i = 0; i < PLACES; ++i) {
+    for (int i = 0; i < PLACES; ++i) {
         const double *radii = rings[i / (2 * RINGS) & 1] + i % (2 * RINGS) / 2;
         place p;
         p.s = &s;
@@ -233,12 +227,11 @@ static void check_config(const config *k, uint32_t name) {
         p.side = i & 1;
         expected[i] = integrate(&p, 0.0, 0.0, 1.0, 0.0, 0);
     }
-    for (i = 0; i < PLACES; ++i) check_place(k, i, &stats[0][i], expected[i]);
+    for (int i = 0; i < PLACES; ++i) check_place(k, i, &stats[0][i], expected[i]);
 }
 static void intensity_is_hits_per_area(void **state) {
-    size_t i;
     (void)state;
-    for (i = 0; i < sizeof configs / sizeof *configs; ++i)
+    for (size_t i = 0; i < sizeof configs / sizeof *configs; ++i)
         check_config(&configs[i], TEST_SEED + (uint32_t)i);
 }
 
@@ -260,23 +253,23 @@ static void totals_on_a_plane(void **state) {
     float dmfp[3] = {1.0f, 1.0f, 1.0f};
     st_fixture f = st_standard(ST_PLANE, st_stay());
     st_profile p = st_burley(1.0, st_burley_s(1.0));
-    total_context t;
-    sss_medium m;
-    double truth[4], mean[4];
-    int i;
     (void)state;
     dmfp[1] = (float)st_burley_s((double)albedo[1]);
+    sss_medium m;
     assert_int_equal(sss_burley(&m, albedo, dmfp), SSS_OK);
+    total_context t;
     t.frame = f.frame;
     t.r_max = st_radius_of_tail(&p, 1e-4);
+    double truth[4];
     truth[0] = 1.0 - 1e-4;
     truth[1] = 0.0;
     truth[2] = 1.0 - 1.0 / sqrt(t.r_max * t.r_max + 1.0);
     truth[3] = 0.5;
-    for (i = 0; i < 4; ++i) {
+    double mean[4];
+    for (int i = 0; i < 4; ++i) {
         sss_plan plan = {8, 1, 0u, 0, 0, 0};
-        sss_vec3 x, n;
         plan.techniques = techniques[i];
+        sss_vec3 x, n;
         st_entry(&f, &x, &n);
         assert_int_equal(sss_begin(&t.s, &m, &plan, x, n, 1u), SSS_OK);
         mean[i] = st_surface(&f, 1.0, total_function, &t);
@@ -291,22 +284,20 @@ static void only_chords_leave_the_ball(void **state) {
     const st_profile p = st_burley(1.0, st_burley_s(1.0));
     const double r_max = st_radius_of_tail(&p, 1e-4);
     float dmfp[3];
-    sss_medium m;
-    int i, beyond, c;
     (void)state;
-    for (c = 0; c < 3; ++c) dmfp[c] = (float)st_burley_s((double)albedo[0]);
+    for (int c = 0; c < 3; ++c) dmfp[c] = (float)st_burley_s((double)albedo[0]);
+    sss_medium m;
     assert_int_equal(sss_burley(&m, albedo, dmfp), SSS_OK);
-    for (i = 0; i < 4; ++i)
-        for (beyond = 0; beyond < 2; ++beyond) {
+    for (int i = 0; i < 4; ++i)
+        for (int beyond = 0; beyond < 2; ++beyond) {
             sss_plan plan = {8, 1, 0u, 0, 0, 0};
             sss_vec3 zero = st_float(st_vec3(0.0, 0.0, 0.0)), up = st_float(st_vec3(0.0, 0.0, 1.0));
-            sss_resampler s;
-            float mu;
             double r = r_max * (beyond ? 1.001 : 0.999);
             plan.techniques = 1u << i;
+            sss_resampler s;
             assert_int_equal(sss_begin(&s, &m, &plan, zero, up, 1u), SSS_OK);
-            mu = sss_intensity(&s, st_float(st_vec3(0.6 * r, 0.0, 0.8 * r)),
-                               st_float(st_vec3(1.0, 0.2, 0.3)));
+            float mu = sss_intensity(&s, st_float(st_vec3(0.6 * r, 0.0, 0.8 * r)),
+                                     st_float(st_vec3(1.0, 0.2, 0.3)));
             check_equal("there is a density", mu > 0.0f, !beyond || plan.techniques == SSS_CHORD);
         }
 }

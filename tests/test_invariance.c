@@ -31,8 +31,7 @@ static sss_result make_medium(sss_medium *m, int type, int up, int k) {
     static const float absorbs[2][3] = {{0.01f, 0.03f, 0.0005f}, {2.1f, 1.2f, 30.0f}};
     static const float scatters[2][3] = {{0.8f, 0.3f, 0.02f}, {40.0f, 9.0f, 900.0f}};
     float a[3], b[3];
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         a[c] = type == 1 ? ldexpf(absorbs[up][c], -k) : albedo[c];
         b[c] = type == 1 ? ldexpf(scatters[up][c], -k) : ldexpf(length[up][c], k);
     }
@@ -48,41 +47,41 @@ typedef struct record {
 } record;
 static void record_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                           uint32_t seed, record *r) {
-    sss_resampler s;
     sss_vec3 x, n;
-    int i;
     st_entry(f, &x, &n);
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, m, plan, x, n, seed), SSS_OK);
     for (r->probes = 0; sss_next_probe(&s, &r->probe[r->probes]); ++r->probes) {
         st_hit *hit = r->hit[r->probes];
         r->hits[r->probes] = st_trace(f, &r->probe[r->probes], hit);
-        for (i = 0; i < r->hits[r->probes]; ++i)
+        for (int i = 0; i < r->hits[r->probes]; ++i)
             sss_add_hit(&s, hit[i].position, hit[i].normal, 1.0f);
     }
     r->exits = sss_finish(&s, r->exit);
 }
 static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_plan *plan,
                            uint32_t seed, int k, const record *r) {
-    sss_exit exit[SSS_MAX_EXITS];
-    sss_resampler s;
-    sss_probe probe;
-    sss_vec3 x, n;
     char name[80];
-    int i, j, exits, bad = 0;
+    int bad = 0;
     snprintf(name, sizeof name, "scale 2^%d, techniques %u, %s", k, plan->techniques,
              st_kind_name(f->kind));
+    sss_vec3 x, n;
     st_entry(f, &x, &n);
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, m, plan, st_scaled(x, k), n, seed), SSS_OK);
+    sss_probe probe;
+    int i;
     for (i = 0; sss_next_probe(&s, &probe); ++i) {
         if (i >= r->probes) fail_msg("%s: too many probes", name);
         bad += !st_same_bits(probe.origin, st_scaled(r->probe[i].origin, k));
         bad += !st_same_bits(probe.direction, r->probe[i].direction);
         bad += probe.length != ldexpf(r->probe[i].length, k);
-        for (j = 0; j < r->hits[i]; ++j)
+        for (int j = 0; j < r->hits[i]; ++j)
             sss_add_hit(&s, st_scaled(r->hit[i][j].position, k), r->hit[i][j].normal, 1.0f);
     }
     check_equal(name, i, r->probes);
-    exits = sss_finish(&s, exit);
+    sss_exit exit[SSS_MAX_EXITS];
+    int exits = sss_finish(&s, exit);
     check_equal(name, exits, r->exits);
     for (i = 0; i < exits; ++i) {
         bad += !st_same_bits(exit[i].position, st_scaled(r->exit[i].position, k));
@@ -93,23 +92,22 @@ static void compare_scaled(const st_fixture *f, const sss_medium *m, const sss_p
 }
 static void scaling_by_powers_of_two_changes_no_bit(void **state) {
     static record r;
-    int type, t, k, up;
-    uint32_t seed;
     (void)state;
-    for (type = 0; type < MEDIA; ++type)
-        for (up = 0; up < 2; ++up)
-            for (t = 0; t < 3; ++t) {
+    for (int type = 0; type < MEDIA; ++type)
+        for (int up = 0; up < 2; ++up)
+            for (int t = 0; t < 3; ++t) {
                 st_fixture f = st_standard(t == 0   ? ST_SPHERE
                                            : t == 1 ? ST_STACK
                                                     : ST_EDGE,
                                            st_moved());
-                sss_medium m, small;
                 sss_plan plan = {7, 2, 0u, 0, 0, 0};
                 plan.techniques = sets[t];
+                sss_medium m;
                 assert_int_equal(make_medium(&m, type, up, 0), SSS_OK);
-                for (seed = 0; seed < LOOKUPS; ++seed) {
+                sss_medium small;
+                for (uint32_t seed = 0; seed < LOOKUPS; ++seed) {
                     record_lookup(&f, &m, &plan, sss_hash(TEST_SEED, seed), &r);
-                    for (k = up ? 1 : -40; k <= (up ? 40 : -1); k += seed % 8 == 0 ? 1 : 13) {
+                    for (int k = up ? 1 : -40; k <= (up ? 40 : -1); k += seed % 8 == 0 ? 1 : 13) {
                         assert_int_equal(make_medium(&small, type, up, k), SSS_OK);
                         compare_scaled(&f, &small, &plan, sss_hash(TEST_SEED, seed), k, &r);
                     }
@@ -121,15 +119,15 @@ static void scaling_by_powers_of_two_changes_no_bit(void **state) {
 static int lookup_with_normals(const st_fixture *f, const sss_medium *m, uint32_t seed,
                                float factor, float entry, sss_exit *exits) {
     const sss_plan plan = {8, 2, SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD, 0, 0, 0};
-    sss_resampler s;
-    sss_probe probe;
     sss_vec3 x, n;
-    st_hit hits[ST_MAX_HITS];
     st_entry(f, &x, &n);
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, m, &plan, x, times(n, entry), seed), SSS_OK);
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
-        int i, count = st_trace(f, &probe, hits);
-        for (i = 0; i < count; ++i)
+        int count = st_trace(f, &probe, hits);
+        for (int i = 0; i < count; ++i)
             sss_add_hit(&s, hits[i].position, times(hits[i].normal, factor), 1.0f);
     }
     return sss_finish(&s, exits);
@@ -141,17 +139,15 @@ static void normals_may_have_any_sign_and_length(void **state) {
     static const float factors[] = {-1.0f,         0.5f,  2.0f,   1.3552527e-20f,
                                     7.3786976e19f, -3.0f, 1e-20f, 1e20f};
     enum { EXACT = 5, FACTORS = 8 };
-    sss_exit want[SSS_MAX_EXITS], got[SSS_MAX_EXITS];
     sss_medium m;
-    int kind, i, e, c;
-    uint32_t seed;
     (void)state;
     assert_int_equal(make_medium(&m, 0, 1, 0), SSS_OK);
-    for (kind = 0; kind < ST_KINDS; ++kind)
-        for (seed = 0; seed < 500; ++seed) {
+    sss_exit want[SSS_MAX_EXITS], got[SSS_MAX_EXITS];
+    for (int kind = 0; kind < ST_KINDS; ++kind)
+        for (uint32_t seed = 0; seed < 500; ++seed) {
             st_fixture f = st_standard((st_kind)kind, st_moved());
             int count = lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), 1.0f, 1.0f, want);
-            for (i = 0; i < FACTORS; ++i) {
+            for (int i = 0; i < FACTORS; ++i) {
                 double sign = factors[i] < 0.0f ? -1.0 : 1.0;
                 char name[80];
                 snprintf(name, sizeof name, "normals times %g on %s", (double)factors[i],
@@ -160,11 +156,11 @@ static void normals_may_have_any_sign_and_length(void **state) {
                     name,
                     lookup_with_normals(&f, &m, sss_hash(TEST_SEED, seed), factors[i], 1.0f, got),
                     count);
-                for (e = 0; e < count; ++e) {
+                for (int e = 0; e < count; ++e) {
                     check_equal(name, st_same_bits(got[e].position, want[e].position), 1);
                     check_near(name, st_dot(st_double(got[e].normal), st_double(want[e].normal)),
                                sign, 1e-6);
-                    for (c = 0; c < 3; ++c)
+                    for (int c = 0; c < 3; ++c)
                         check_relative(name, (double)got[e].weight[c], (double)want[e].weight[c],
                                        i < EXACT ? 0.0 : 1e-5);
                 }
@@ -183,26 +179,24 @@ static void normals_may_have_any_sign_and_length(void **state) {
 static void run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t name,
                 int lookups, st_stat *total) {
     static st_stat stats[BLOCKS][3];
-    int b, c;
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) {
-        sss_exit exits[SSS_MAX_EXITS];
-        int i, e, k;
+    for (int b = 0; b < BLOCKS; ++b) {
         memset(stats[b], 0, sizeof stats[b]);
-        for (i = 0; i < lookups / BLOCKS; ++i) {
+        sss_exit exits[SSS_MAX_EXITS];
+        for (int i = 0; i < lookups / BLOCKS; ++i) {
             int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * (lookups / BLOCKS) + i)),
                               NULL, exits);
             double sum[3] = {0.0, 0.0, 0.0};
-            for (e = 0; e < n; ++e)
-                for (k = 0; k < 3; ++k)
+            for (int e = 0; e < n; ++e)
+                for (int k = 0; k < 3; ++k)
                     sum[k] += (double)exits[e].weight[k] *
                               st_light_spot(st_local(&f->frame, exits[e].position));
-            for (k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
+            for (int k = 0; k < 3; ++k) st_add(&stats[b][k], sum[k]);
         }
     }
     memset(total, 0, 3 * sizeof *total);
-    for (b = 0; b < BLOCKS; ++b)
-        for (c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
+    for (int b = 0; b < BLOCKS; ++b)
+        for (int c = 0; c < 3; ++c) st_merge(&total[c], &stats[b][c]);
 }
 static void compare(const char *name, const st_stat *a, const st_stat *b) {
     double error = sqrt(pow(st_error(a), 2.0) + pow(st_error(b), 2.0));
@@ -213,30 +207,28 @@ static void compare(const char *name, const st_stat *a, const st_stat *b) {
 static void motions_change_no_mean(void **state) {
     st_stat rest[3], moved[3];
     sss_medium m;
-    int kind, i, c;
     (void)state;
-    for (kind = 0; kind < 2; ++kind) {
+    for (int kind = 0; kind < 2; ++kind) {
         st_fixture f = st_standard(kind ? ST_EDGE : ST_SPHERE, st_stay());
         sss_plan plan = {5, 1, 0u, 0, 0, 0};
         plan.techniques = sets[2 * kind];
         assert_int_equal(make_medium(&m, kind, 1, 0), SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind, st_samples(1600000), rest);
-        for (i = 2; i <= 3; ++i) { /* one of them upside down, where frames have their seam */
+        for (int i = 2; i <= 3; ++i) { /* one of them upside down, where frames have their seam */
             st_vec move = st_vec3(3.0 * i, -2.0 * i, 40.0),
                    axis = st_vec3(i == 2 ? 1.0 : 0.3 * i, i == 2 ? 0.0 : -0.7, 0.0);
             f.frame = st_motion(axis, i == 2 ? ST_PI : 1.1 * i, move);
             run(&f, &m, &plan, TEST_SEED + 10u * (uint32_t)kind + (uint32_t)i, st_samples(1600000),
                 moved);
-            for (c = 0; c < 3; ++c) compare("a motion", &moved[c], &rest[c]);
+            for (int c = 0; c < 3; ++c) compare("a motion", &moved[c], &rest[c]);
         }
     }
 }
 static void colours_in_another_order_have_the_same_means(void **state) {
     static const int order[2][3] = {{2, 0, 1}, {1, 0, 2}};
     st_stat straight[3], mixed[3];
-    int i, c, type;
     (void)state;
-    for (type = 0; type < 2; ++type) {
+    for (int type = 0; type < 2; ++type) {
         const float albedo[3] = {0.9f, 0.5f, 0.3f}, length[3] = {1.0f, 0.3f, 2.0f};
         st_fixture f = st_standard(ST_SPHERE, st_moved());
         const sss_plan plan = {8, 1, 0u, 0, 0, 0};
@@ -245,14 +237,14 @@ static void colours_in_another_order_have_the_same_means(void **state) {
                                : sss_burley(&m, albedo, length)),
                          SSS_OK);
         run(&f, &m, &plan, TEST_SEED + 50u + (uint32_t)type, st_samples(1600000), straight);
-        for (i = 0; i < 2; ++i) {
+        for (int i = 0; i < 2; ++i) {
             float a[3], d[3];
-            for (c = 0; c < 3; ++c) a[c] = albedo[order[i][c]], d[c] = length[order[i][c]];
+            for (int c = 0; c < 3; ++c) a[c] = albedo[order[i][c]], d[c] = length[order[i][c]];
             assert_int_equal((type ? sss_dipole_from_albedo(&m, a, d, 1.3f) : sss_burley(&m, a, d)),
                              SSS_OK);
             run(&f, &m, &plan, TEST_SEED + 60u + (uint32_t)(2 * type + i), st_samples(1600000),
                 mixed);
-            for (c = 0; c < 3; ++c)
+            for (int c = 0; c < 3; ++c)
                 compare("the order of the colours", &mixed[c], &straight[order[i][c]]);
         }
     }

@@ -56,13 +56,13 @@ typedef double (*error_of)(float x);
 static worst sweep_bits(error_of f, float first, float last, uint32_t count) {
     uint32_t low = sssi_bits(first), high = sssi_bits(last);
     uint32_t stride = count == 0u ? 1u : (high - low) / count | 1u;
-    int64_t i, n = (high - low) / stride;
+    int64_t n = (high - low) / stride;
     worst all = {0.0, 0.0f};
 #pragma omp parallel
     {
         worst mine = {0.0, 0.0f};
 #pragma omp for nowait
-        for (i = 0; i <= n; ++i) {
+        for (int64_t i = 0; i <= n; ++i) {
             float x = sssi_float(low + (uint32_t)i * stride);
             take(&mine, f(x), x);
         }
@@ -77,8 +77,7 @@ static worst sweep_bits(error_of f, float first, float last, uint32_t count) {
 // well.
 static worst sweep_values(error_of f, float first, float last, int count) {
     worst all = {0.0, 0.0f};
-    int i;
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         float u = ((float)i + sssi_unit(sss_hash((uint32_t)i, 1u))) / (float)count,
               x = first + (last - first) * u;
         take(&all, f(x), x);
@@ -163,12 +162,11 @@ static void test_log(void **state) {
 static void test_sincos(void **state) {
     static const float quarter[5][3] = {
         {0, 0, 1}, {0.25f, 1, 0}, {0.5f, 0, -1}, {0.75f, -1, 0}, {1, 0, 1}};
-    float s, c;
-    int i;
     (void)state;
     expect_below("sin of a turn, absolute", sweep(sin_error, 0.0f, 1.0f), TURN_ERROR);
     expect_below("cos of a turn, absolute", sweep(cos_error, 0.0f, 1.0f), TURN_ERROR);
-    for (i = 0; i < 5; ++i) {
+    float s, c;
+    for (int i = 0; i < 5; ++i) {
         sssi_sincos_turn(quarter[i][0], &s, &c);
         assert_true(s == quarter[i][1] && c == quarter[i][2]);
     }
@@ -221,12 +219,12 @@ static double pole_chord_error(float u) {
 static worst sweep_unit(error_of f, int all_floats) {
     worst all = sweep_bits(f, SSSI_NUDGE, all_floats ? 1.0f - SSSI_NUDGE : 0.01f,
                            all_floats ? 0u : 1u << 21);
-    int32_t i, step = exhaustive ? 1 : 5;
+    int32_t step = exhaustive ? 1 : 5;
 #pragma omp parallel
     {
         worst mine = {0.0, 0.0f};
 #pragma omp for nowait
-        for (i = 0; i < 1 << 23; i += step) {
+        for (int32_t i = 0; i < 1 << 23; i += step) {
             float u = sssi_unit((uint32_t)i << 9);
             take(&mine, f(u), u);
         }
@@ -240,8 +238,7 @@ static worst sweep_unit(error_of f, int all_floats) {
 static void expect_sampler(const char *what, error_of f, double limit) {
     static const float length[] = {1.0f, 1.7f, 0.037f};
     worst all = {0.0, 0.0f};
-    size_t i;
-    for (i = 0; i < sizeof length / sizeof *length; ++i) {
+    for (size_t i = 0; i < sizeof length / sizeof *length; ++i) {
         sampler_length = length[i];
         all = greater(all, sweep_unit(f, exhaustive && i == 0));
     }
@@ -291,15 +288,15 @@ static sss_vec3 vector(float x, float y, float z) { return sssi_vec3(x, y, z); }
 
 static double frame_error(sss_vec3 n) {
     sss_vec3 t, b;
-    double e[5], most = 0.0;
-    int i;
+    double most = 0.0;
     sssi_frame(n, &t, &b);
+    double e[5];
     e[0] = dot(t, t) - 1.0;
     e[1] = dot(b, b) - 1.0;
     e[2] = dot(t, b);
     e[3] = dot(t, n);
     e[4] = dot(b, n);
-    for (i = 0; i < 5; ++i)
+    for (int i = 0; i < 5; ++i)
         if (!(fabs(e[i]) <= most)) most = safe(fabs(e[i]));
     return most;
 }
@@ -319,21 +316,21 @@ static sss_vec3 some_normal(uint32_t i) {
 static void test_frame(void **state) {
     static const float ends[] = {-1.0f,   -0.0f,  0.0f,    1.0f,  1e-45f,
                                  -1e-45f, 1e-20f, -1e-20f, 6e-8f, -6e-8f};
-    int32_t i, n = exhaustive ? 20000000 : 2000000;
+    int32_t n = exhaustive ? 20000000 : 2000000;
     worst all = {0.0, 0.0f};
     (void)state;
 #pragma omp parallel
     {
         worst mine = {0.0, 0.0f};
 #pragma omp for nowait
-        for (i = 0; i < n; ++i) {
+        for (int32_t i = 0; i < n; ++i) {
             sss_vec3 v = some_normal((uint32_t)i);
             if (sssi_normalize(&v)) take(&mine, frame_error(v), v.z);
         }
 #pragma omp critical
         if (mine.error > all.error) all = mine;
     }
-    for (i = 0; i < 1000; ++i) {
+    for (int32_t i = 0; i < 1000; ++i) {
         sss_vec3 v = vector(ends[i % 10], ends[i / 10 % 10], ends[i / 100]);
         if (sssi_normalize(&v)) take(&all, frame_error(v), v.z);
     }
@@ -344,11 +341,11 @@ static void test_frame(void **state) {
 // under- or overflows.
 static double normalize_error(sss_vec3 v) {
     sss_vec3 unit = v;
-    double length = sqrt(dot(v, v)), x, y, z;
+    double length = sqrt(dot(v, v));
     if (!sssi_normalize(&unit)) return (double)INFINITY;
-    x = (double)v.x / length - (double)unit.x;
-    y = (double)v.y / length - (double)unit.y;
-    z = (double)v.z / length - (double)unit.z;
+    double x = (double)v.x / length - (double)unit.x;
+    double y = (double)v.y / length - (double)unit.y;
+    double z = (double)v.z / length - (double)unit.z;
     return sqrt(x * x + y * y + z * z);
 }
 
@@ -356,9 +353,8 @@ static void test_normalize(void **state) {
     static const float scale[] = {1.0f,   1e-45f, 3e-42f, 1e-38f, 1e-20f,
                                   1e-12f, 1e12f,  1e19f,  1e30f,  3.4e38f};
     worst all = {0.0, 0.0f};
-    uint32_t i;
     (void)state;
-    for (i = 0; i < 1000000u; ++i) {
+    for (uint32_t i = 0; i < 1000000u; ++i) {
         sss_vec3 v = some_normal(i);
         float k = scale[i / 8u % 10u];
         v = vector(v.x * k, v.y * k, v.z * k);
@@ -370,10 +366,9 @@ static void test_normalize(void **state) {
 // A vector without a direction is refused.
 static void test_normalize_refuses(void **state) {
     static const float bad[] = {0.0f, -0.0f, NAN, INFINITY, -INFINITY};
-    int i, k;
     (void)state;
-    for (i = 0; i < 5; ++i) {
-        for (k = 0; k < 3; ++k) {
+    for (int i = 0; i < 5; ++i) {
+        for (int k = 0; k < 3; ++k) {
             float other = i < 2 ? 0.0f : 1.0f;
             sss_vec3 v =
                 vector(k == 0 ? bad[i] : other, k == 1 ? bad[i] : other, k == 2 ? bad[i] : other);

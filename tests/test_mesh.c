@@ -14,7 +14,7 @@
 #define Z_LIMIT 5.2
 #define LOOKUPS 200000
 #define BLOCK   2000
-#define BALL    (MESH_RADIUS / 1.7320508075688772) /* radius of a ball that mesh_make() has scaled */
+#define BALL    (MESH_RADIUS / 1.7320508075688772) /* radius of a ball scaled by mesh_make() */
 
 typedef struct soup {
     size_t vertices, triangles;
@@ -181,7 +181,6 @@ static void edges_count_once(void **state) {
    everywhere; and where two faces meet at an edge of next to no angle, both count up to the
    edge. */
 static void thin_parts_have_two_sides(void **state) {
-    mesh_world w;
     mesh_hits hits = {0, 0, NULL};
     soup s = soup_new(2 * 33 * 33, 4 * 32 * 32), wedge = soup_new(6, 8);
     long wrong = 0;
@@ -196,6 +195,7 @@ static void thin_parts_have_two_sides(void **state) {
             soup_triangle(&s, first + i, first + i + 33, first + i + 34);
         }
     }
+    mesh_world w;
     make(&w, &s);
     for (uint64_t i = 0; i < 100000; ++i) {
         sss_vec3 aim =
@@ -235,10 +235,10 @@ static void thin_parts_have_two_sides(void **state) {
    probes' origins. */
 #define PROBES 40000
 static void count_moved(soup (*body)(void), double far, int raw, unsigned char *count) {
-    mesh_world w;
     mesh_hits hits = {0, 0, NULL};
     soup s = body();
     for (size_t i = 0; i < 3 * s.vertices; ++i) s.xyz[i] = (float)((double)s.xyz[i] + far);
+    mesh_world w;
     make_mesh(&w, &s);
     for (uint32_t i = 0; i < w.m.vertices && raw; ++i) {
         sss_vec3 *p = &w.m.position[i];
@@ -304,9 +304,9 @@ static void probes_meet_the_object_alone(void **state) {
     check_at_least("nearest first", (double)(hits.hit[1].t - hits.hit[0].t), 0.1);
     check_near("its top faces up", (double)hits.hit[0].normal.y, 1.0, 1e-6);
     check_near("its bottom faces down", (double)hits.hit[1].normal.y, -1.0, 1e-6);
-    mesh_hit top = mesh_nearest(&w, above, down, NULL), floor;
+    mesh_hit top = mesh_nearest(&w, above, down, NULL);
     check_equal("a path meets the slab", (long)top.geometry, MESH_OBJECT);
-    floor = mesh_nearest(&w, scene_vec(3.0f, 3.0f, 0.0f), down, NULL);
+    mesh_hit floor = mesh_nearest(&w, scene_vec(3.0f, 3.0f, 0.0f), down, NULL);
     check_equal("and beside it the floor", (long)floor.geometry, MESH_FLOOR);
     check_equal("which the slab shades",
                 mesh_occluded(&w, &floor, scene_normalize(scene_vec(-3.0f, 0.05f, 0.0f)), 9.0f), 1);
@@ -326,7 +326,6 @@ static void objects_are_pieces(void **state) {
     for (int torn = 0; torn < 2; ++torn) {
         soup s = soup_cube(8, to_ball, NULL), both = soup_new(2 * s.vertices, 2 * s.triangles);
         for (size_t i = 0; i < s.triangles * (torn ? 1 : 2); ++i) {
-            uint32_t v[3];
             double size = i < s.triangles ? 1.0 : 0.5;
             if (i % s.triangles == 0)
                 for (size_t k = 0; k < s.vertices; ++k) {
@@ -338,6 +337,7 @@ static void objects_are_pieces(void **state) {
                     soup_vertex(&both, size * (double)p[0], size * (double)p[1],
                                 size * (double)p[2]);
                 }
+            uint32_t v[3];
             for (size_t k = 0; k < 3; ++k)
                 v[k] = s.corner[3 * (i % s.triangles) + k] +
                        (uint32_t)(i < s.triangles ? 0 : s.vertices);
@@ -394,7 +394,6 @@ static void rays_leave(void **state) {
 /* Corners at one place become one vertex: a closed surface of Euler's characteristic 2 comes out of
    loose triangles, of whatever winding, with all normals outward; what is broken is left out. */
 static void loose_triangles_join(void **state) {
-    triangle_mesh m;
     soup s = soup_cube(16, to_ball, NULL), loose = soup_new(3 * s.triangles + 6, s.triangles + 6);
     (void)state;
     for (size_t i = 0; i < s.triangles; ++i) {
@@ -415,6 +414,7 @@ static void loose_triangles_join(void **state) {
     soup_triangle(&loose, loose.corner[1], loose.corner[0],
                   loose.corner[2]);                        /* there already, turned over */
     soup_triangle(&loose, 0, 1, (uint32_t)loose.vertices); /* no such vertex */
+    triangle_mesh m;
     assert_null(mesh_make(&m, loose.xyz, loose.vertices, loose.corner, loose.triangles));
     check_equal("triangles left out", (long)m.left_out, 6);
     check_equal("triangles", (long)m.triangles, (long)s.triangles);
@@ -464,11 +464,10 @@ typedef struct entry {
 
 /* One lookup of the default plan: the weights times the light there. */
 static void one_lookup(const entry *e, uint32_t seed, mesh_hits *hits, double out[3]) {
-    sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
     out[0] = out[1] = out[2] = 0.0;
+    sss_resampler s;
     sss_begin(&s, e->medium, NULL, e->position, e->normal, seed);
+    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         if (e->w) {
             hits->count = 0;
@@ -485,6 +484,7 @@ static void one_lookup(const entry *e, uint32_t seed, mesh_hits *hits, double ou
             }
         }
     }
+    sss_exit exit;
     if (!sss_finish(&s, &exit)) return;
     double light = e->light(st_sum(st_double(exit.position), st_double(e->position), -1.0));
     for (int c = 0; c < 3; ++c) out[c] = (double)exit.weight[c] * light;
@@ -498,7 +498,6 @@ typedef struct moments {
 static moments lookups(const entry *e, uint32_t stream) {
     static double value[LOOKUPS][3];
     const int count = st_samples(LOOKUPS);
-    moments m;
 #pragma omp parallel
     {
         mesh_hits hits = {0, 0, NULL};
@@ -507,6 +506,7 @@ static moments lookups(const entry *e, uint32_t stream) {
             one_lookup(e, sss_hash(sss_hash(TEST_SEED, stream), (uint32_t)i), &hits, value[i]);
         free(hits.hit);
     }
+    moments m;
     for (int c = 0; c < 3; ++c) {
         st_stat first = {0.0, 0.0, 0.0}, second = {0.0, 0.0, 0.0};
         for (int i = 0; i < count; ++i) st_add(&first, value[i][c]);
@@ -568,10 +568,10 @@ static void ball_agrees(void **state) {
     static const float albedo[3] = {0.8f, 0.5f, 0.93f}, dmfp[3] = {0.5f, 1.0f, 0.2f};
     static scene s;
     mesh_world w;
-    sss_medium medium;
     soup body = soup_cube(96, to_ball, NULL);
     (void)state;
     make(&w, &body);
+    sss_medium medium;
     assert_int_equal(sss_burley(&medium, albedo, dmfp), SSS_OK);
     scenes_ellipsoid(&s, scene_vec(0.0f, (float)BALL, 0.0f),
                      scene_vec((float)BALL, (float)BALL, (float)BALL), scene_vec(0.0f, 0.0f, 0.0f));
@@ -585,9 +585,10 @@ static void ball_agrees(void **state) {
     e.w = NULL;
     e.s = &s;
     moments analytic = lookups(&e, 2);
-    double deviation = ball_deviation(&w.m), may_differ[3];
+    double deviation = ball_deviation(&w.m);
     print_message("    the tessellated ball may be %.2g off\n", deviation);
     check_at_most("deviation of the tessellation", deviation, 1e-3);
+    double may_differ[3];
     for (int c = 0; c < 3; ++c) {
         st_fixture f = {ST_SPHERE, BALL, st_stay()};
         st_profile p = st_burley((double)albedo[c], (double)dmfp[c]);
@@ -633,15 +634,14 @@ static double slab_light(st_vec v) { return 1.0 + 0.5 * v.x; }
    inscribed in arcs by 1 - cos(half a step) of their radius: see ball_deviation(). */
 static void slab_agrees(void **state) {
     static scene s;
-    mesh_world w;
-    sss_medium medium;
-    scenes_optics optics;
     (void)state;
-    optics = scenes_make(&s, SCENES_SLAB);
+    scenes_optics optics = scenes_make(&s, SCENES_SLAB);
+    sss_medium medium;
     assert_int_equal(sss_burley(&medium, optics.albedo, optics.dmfp), SSS_OK);
     const scene_shape *b = &s.shape[0];
     const int n = 64;
     soup body = soup_cube(n, to_rounded_box, b);
+    mesh_world w;
     make_mesh(&w, &body);
     bring_back(&w.m, b->center);
     start_rays(&w);
@@ -710,20 +710,20 @@ static int picture(const scene *s, const mesh_world *w, uint32_t stream, st_stat
 static void pictures_agree(void **state) {
     static st_stat pixel[2][SIDE * SIDE];
     static scene s;
-    mesh_world w;
-    scenes_optics optics;
-    st_stat whole[2], difference = {0.0, 0.0, 0.0};
+    st_stat difference = {0.0, 0.0, 0.0};
     double variance = 0.0;
     (void)state;
-    optics = scenes_make(&s, SCENES_SPHERE);
+    scenes_optics optics = scenes_make(&s, SCENES_SPHERE);
     assert_int_equal(sss_burley(&s.medium, optics.albedo, optics.dmfp), SSS_OK);
     soup body = soup_cube(96, to_ball, NULL);
+    mesh_world w;
     make_mesh(&w, &body);
     double deviation = ball_deviation(&w.m);
     bring_back(&w.m, s.shape[0].center);
     start_rays(&w);
     w.s = s;
     w.s.shape_count = 0;
+    st_stat whole[2];
     picture(&s, &w, 5, pixel[0], &whole[0]);
     int count = picture(&s, NULL, 6, pixel[1], &whole[1]);
     for (int i = 0; i < SIDE * SIDE; ++i) {

@@ -1,6 +1,7 @@
 #!/bin/bash
-# build/mesh: options, files as people have them and as they break, presets, a model never seen before, and its window.
-# Run from the top of the repository after `make all`. SPDX-License-Identifier: MIT
+# build/mesh: options, files as people have them and as they break, presets, a model never seen
+# before, and its window. Run from the top of the repository after `make all`.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 mesh=$build/mesh
@@ -16,7 +17,8 @@ needs "$mesh"
 
 # ---- Files
 
-# ball NAME SCALE MOVE: an OBJ file of a ball whose corners are multiples of 1/512, times and plus powers of ten.
+# ball NAME SCALE MOVE: an OBJ file of a ball whose corners are multiples of 1/512, times and plus
+# powers of ten.
 ball() {
     awk -v k="$2" -v move="$3" '
         function at(x) { return sprintf("%.10g", k * int(512 * x + (x < 0 ? -0.5 : 0.5)) / 512 + move) }
@@ -27,13 +29,15 @@ ball() {
             for (j = 0; j < m; j++) for (i = 0; i < n; i++) {
                 a = n * j + i + 1; b = n * j + (i + 1) % n + 1; print "f", a, a + n, b + n, b } }' >"$work/$1"
 }
-# star NAME: an OBJ file of 600 triangles about one edge, in all directions: a line near it meets all of them.
+# star NAME: an OBJ file of 600 triangles about one edge, in all directions: a line near it meets
+# all of them.
 star() {
     awk 'BEGIN { n = 600; print "v 0 0 0\nv 0 0 5"
         for (i = 0; i < n; i++) print "v", cos(i), sin(i), 0.01 * i
         for (i = 0; i < n; i++) print "f 1 2", i + 3 }' >"$work/$1"
 }
-# ply NAME VERTICES FACES: an ASCII PLY file that says it has so many, with what follows on the standard input.
+# ply NAME VERTICES FACES: an ASCII PLY file that says it has so many, with what follows on the
+# standard input.
 ply() {
     { printf 'ply\nformat ascii 1.0\nelement vertex %s\nproperty float x\nproperty float y\nproperty float z\n' "$2"
       printf 'element face %s\nproperty list uchar int vertex_indices\nend_header\n' "$3"
@@ -140,9 +144,10 @@ saves_another() {
     saves && cp "$work/saved.png" "$work/before.png" && xdotool "$@" && saves &&
         ! cmp -s "$work/before.png" "$work/saved.png"
 }
-# A probe on the star takes as long as hundreds elsewhere, a preview of it 10 s, a pixel at 256 candidates 0.05 s. The
-# window does not wait for any of them: what it must be within is far more than the 0.05 s that it promises, for the
-# sake of machines that do much else, and far less than one that waits.
+# A probe on the star takes as long as hundreds elsewhere, a preview of it 10 s, a pixel at 256
+# candidates 0.05 s. The window does not wait for any of them: what it must be within is far more
+# than the 0.05 s that it promises, for the sake of machines that do much else, and far less than
+# one that waits.
 answers_amid_work() {
     local told
     "$mesh" "$work/star.obj" --candidates 256 --png "$work/saved.png" >"$work/window_said" 2>&1 &
@@ -176,7 +181,8 @@ large_file() {
             printf "3 %d %d %d\n3 %d %d %d\n", a + j, b + j, b + k, a + j, b + k, a + k } }' >"$work/large.ply"
     renders large.ply && grep -q "1000000 triangles" "$work/said"
 }
-# Cut at, or changed in, places that a number picks; two in three of the changes are within the first 500 bytes.
+# Cut at, or changed in, places that a number picks; two in three of the changes are within the
+# first 500 bytes.
 damage() {
     perl -e '($from, $to, $n) = @ARGV; srand($n); local $/; open F, "<:raw", $from; $_ = <F>;
         if ($n % 2) { $_ = substr($_, 0, int(rand(length))) }

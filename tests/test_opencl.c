@@ -40,9 +40,13 @@ static double seconds(void) {
 // vector made of one.)
 // clang-format off
 SHARED(math_text,
-static inline float math_domain(float x, float low, float high) { return x >= low && x <= high ? x : 1.0f; }
+static inline float math_domain(float x, float low, float high) {
+    return x >= low && x <= high ? x : 1.0f;
+}
 static inline sss_vec3 math_vector(float x) {
-    return sssi_vec3(x, sssi_unit(sss_hash(sssi_bits(x), 1u)) - 0.5f, sssi_unit(sss_hash(sssi_bits(x), 2u)) - 0.5f);
+    float y = sssi_unit(sss_hash(sssi_bits(x), 1u)) - 0.5f;
+    float z = sssi_unit(sss_hash(sssi_bits(x), 2u)) - 0.5f;
+    return sssi_vec3(x, y, z);
 }
 static inline float math_of(int which, float x) {
     float u = math_domain(x, 5.9604645e-8f, 0.99999994f);
@@ -74,23 +78,24 @@ static inline float math_of(int which, float x) {
 )
 enum { MATH_FUNCTIONS = 16 };
 static const char *const math_name[MATH_FUNCTIONS] = {
-    "exp", "expm1", "(1 - e^-t) / t", "log", "sin", "cos", "sqrt", "1 / x", "Burley's radius", "Burley's chord",
+    "exp", "expm1", "(1 - e^-t) / t", "log", "sin", "cos", "sqrt", "1 / x",
+    "Burley's radius", "Burley's chord",
     "a pole's radius", "a pole's chord", "Burley's profile", "normalize", "frame", "hash"};
 
-// A whole lookup, of a sample, with all that an exit tells, and the shares of one exit by halves: the sum of the
-// entries' densities in order, then each entry's weights.
+// A whole lookup, of a sample, with all that an exit tells, and the shares of one exit by halves:
+// the sum of the entries' densities in order, then each entry's weights.
 SHARED(whole_text,
-static inline int whole_lookup(const SCENE_SPACE scene *s, sss_plan plan, int aware, uint32_t sample, sss_vec3 position,
-                               sss_vec3 normal, uint32_t seed, sss_exit *exits) {
+static inline int whole_lookup(const SCENE_SPACE scene *s, sss_plan plan, int aware,
+                               uint32_t sample, sss_vec3 position, sss_vec3 normal, uint32_t seed,
+                               sss_exit *exits) {
     sss_medium medium = s->medium;
     sss_resampler resampler;
+    sss_begin_sample(&resampler, &medium, &plan, position, normal, seed, sample);
     sss_probe probe;
     scene_hits hits;
-    int i;
-    sss_begin_sample(&resampler, &medium, &plan, position, normal, seed, sample);
     while (sss_next_probe(&resampler, &probe)) {
         scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
-        for (i = 0; i < hits.count; ++i) {
+        for (int i = 0; i < hits.count; ++i) {
             sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
@@ -98,10 +103,10 @@ static inline int whole_lookup(const SCENE_SPACE scene *s, sss_plan plan, int aw
     }
     return sss_finish(&resampler, exits);
 }
-static inline float share_sum(sss_medium m, const SCENE_SPACE sss_vec3 *group, int count, sss_exit exit) {
+static inline float share_sum(sss_medium m, const SCENE_SPACE sss_vec3 *group, int count,
+                              sss_exit exit) {
     float sum = 0.0f;
-    int i;
-    for (i = 0; i < count; ++i) sum += sss_share_density(&m, group[i], &exit);
+    for (int i = 0; i < count; ++i) sum += sss_share_density(&m, group[i], &exit);
     return sum;
 }
 static inline sss_vec3 share_of(sss_medium m, sss_vec3 entry, sss_exit exit, float sum) {
@@ -151,13 +156,12 @@ static void place_cache(void) {
 }
 
 static int open_device(void **state) {
-    char *text;
     size_t size = sizeof math_text + sizeof math_kernel_text + sizeof whole_text +
                   sizeof kernels_text + sizeof layout_source + 5u;
     double start = seconds();
     (void)state;
     place_cache();
-    text = (char *)malloc(size);
+    char *text = (char *)malloc(size);
     if (!text) return -1;
     snprintf(text, size, "%s\n%s\n%s\n%s\n%s", math_text, math_kernel_text, whole_text,
              kernels_text, (const char *)layout_source);
@@ -192,14 +196,12 @@ static void check_code(cl_int code, const char *call) {
 
 // A buffer full of poison.
 static cl_mem poisoned(size_t words) {
-    cl_int code;
     uint32_t *poison = (uint32_t *)malloc(words * sizeof *poison);
-    cl_mem buffer;
-    size_t i;
     assert_non_null(poison);
-    for (i = 0; i < words; ++i) poison[i] = POISON;
-    buffer = clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR,
-                            words * sizeof *poison, poison, &code);
+    for (size_t i = 0; i < words; ++i) poison[i] = POISON;
+    cl_int code;
+    cl_mem buffer = clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR,
+                                   words * sizeof *poison, poison, &code);
     check_code(code, "clCreateBuffer");
     free(poison);
     return buffer;
@@ -242,24 +244,23 @@ static void test_layouts(void **state) {
     enum { ROOM = 256 };
 #define SIZE(type)         host[count++] = (uint32_t)sizeof(type);
 #define FIELD(type, field) host[count++] = (uint32_t)offsetof(type, field);
-    uint32_t host[ROOM], cl[ROOM];
-    size_t count = 0, i, local = device->local;
-    cl_int code;
-    cl_kernel kernel;
-    cl_mem out;
+    uint32_t host[ROOM];
+    size_t count = 0, local = device->local;
     (void)state;
     need_device();
     LAYOUT(SIZE, FIELD)
     assert_true(count < ROOM);
-    kernel = clCreateKernel(device->program, "layout", &code);
+    cl_int code;
+    cl_kernel kernel = clCreateKernel(device->program, "layout", &code);
     check_code(code, "clCreateKernel");
-    out = poisoned(ROOM);
+    cl_mem out = poisoned(ROOM);
     check_code(clSetKernelArg(kernel, 0, sizeof out, &out), "clSetKernelArg");
     device->local = 1;
     check_call(sss_cl_run(device, kernel, 1));
     device->local = local;
+    uint32_t cl[ROOM];
     read_words(out, ROOM, cl);
-    for (i = 0; i < count; ++i)
+    for (size_t i = 0; i < count; ++i)
         if (host[i] != cl[i])
             fail_msg("number %lu of layout.h: %u here, %u there", (unsigned long)i, host[i], cl[i]);
     assert_int_equal(cl[count], POISON);
@@ -274,9 +275,9 @@ static void test_layouts(void **state) {
 
 // The log of the compiler and one line that names the call.
 static void test_build_failure(void **state) {
-    tracer_cl broken;
     (void)state;
     need_device();
+    tracer_cl broken;
     assert_int_equal(
         tracer_cl_open(&broken, "opencl", "__kernel void broken(void) { no_such_function(); }\n"),
         SSS_CL_FAILED);
@@ -291,11 +292,10 @@ static void test_device_names(void **state) {
     static const char *const bad[] = {
         "",          "cpu",      "opencl:",   "opencl:x", "opencl:-1",
         "opencl:1x", "opencl 0", "opencl:99", "opencl0",  "opencl:4294967296"};
-    sss_cl none;
-    size_t i;
     (void)state;
     need_device();
-    for (i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    sss_cl none;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
         assert_int_equal(sss_cl_open(&none, bad[i], 0, NULL), SSS_CL_BAD_DEVICE);
         assert_true(none.error[0] != '\0' && !strchr(none.error, '\n'));
         sss_cl_close(&none);
@@ -311,7 +311,7 @@ static void math_batch(cl_kernel kernel, cl_mem out, int which, uint32_t first, 
                        uint32_t *cl, tally *sum) {
     unsigned long different = 0;
     double worst = 0.0;
-    int i, n = math_count();
+    int n = math_count();
     check_code(clSetKernelArg(kernel, 0, sizeof which, &which), "clSetKernelArg");
     check_code(clSetKernelArg(kernel, 1, sizeof first, &first), "clSetKernelArg");
     check_code(clSetKernelArg(kernel, 2, sizeof step, &step), "clSetKernelArg");
@@ -319,7 +319,7 @@ static void math_batch(cl_kernel kernel, cl_mem out, int which, uint32_t first, 
     check_call(sss_cl_run(device, kernel, (size_t)n));
     read_words(out, (size_t)n, cl);
 #pragma omp parallel for reduction(+ : different) reduction(max : worst)
-    for (i = 0; i < n; ++i) {
+    for (int i = 0; i < n; ++i) {
         tally one = {0, 0, 0, 0.0};
         compare_bits(&one, sssi_bits(math_of(which, sssi_float(first + (uint32_t)i * step))),
                      cl[i]);
@@ -345,10 +345,10 @@ static void math_range(int which, uint32_t *low, uint64_t *number) {
 static double math_function(cl_kernel kernel, int which, uint32_t *cl) {
     tally sum = {0, 0, 0, 0.0};
     cl_mem out = poisoned(MATH_BATCH);
-    uint32_t low, step;
+    uint32_t low;
     uint64_t number, done = 0;
     math_range(which, &low, &number);
-    step = exhaustive ? 1u : (uint32_t)(number / (unsigned)math_count()) | 1u;
+    uint32_t step = exhaustive ? 1u : (uint32_t)(number / (unsigned)math_count()) | 1u;
     do {
         math_batch(kernel, out, which, low + (uint32_t)done, step, cl, &sum);
         done += (uint64_t)math_count();
@@ -364,15 +364,14 @@ static double math_function(cl_kernel kernel, int which, uint32_t *cl) {
 static void test_mathematics(void **state) {
     uint32_t *cl = (uint32_t *)malloc(MATH_BATCH * sizeof *cl);
     double compared = 0.0;
-    cl_int code;
-    cl_kernel kernel;
-    int which;
     (void)state;
     need_device();
     assert_non_null(cl);
-    kernel = clCreateKernel(device->program, "math", &code);
+    cl_int code;
+    cl_kernel kernel = clCreateKernel(device->program, "math", &code);
     check_code(code, "clCreateKernel");
-    for (which = 0; which < MATH_FUNCTIONS; ++which) compared += math_function(kernel, which, cl);
+    for (int which = 0; which < MATH_FUNCTIONS; ++which)
+        compared += math_function(kernel, which, cl);
     print_message("%d functions, %.4g numbers\n", MATH_FUNCTIONS, compared);
     clReleaseKernel(kernel);
     free(cl);
@@ -405,10 +404,9 @@ typedef struct batch {
 // A few of the entries are refused ones.
 static void make_entries(const scene *s, uint32_t name, int size, batch *b) {
     static camera_entry entry[BATCH];
-    int i;
     b->size = size;
     camera_entries(s, 2u * name, entry, size);
-    for (i = 0; i < size; ++i) {
+    for (int i = 0; i < size; ++i) {
         b->position[i] = entry[i].position;
         b->normal[i] = entry[i].normal;
         b->seed[i] = sss_hash(name, 0x10000u + (uint32_t)i);
@@ -420,15 +418,14 @@ static void make_entries(const scene *s, uint32_t name, int size, batch *b) {
 
 static void poison_results(batch *b) {
     static const uint32_t poison = POISON;
-    size_t i;
-    for (i = 0; i < sizeof b->count / 4u; ++i) memcpy((char *)b->count + 4u * i, &poison, 4u);
-    for (i = 0; i < sizeof b->exit / 4u; ++i) memcpy((char *)b->exit + 4u * i, &poison, 4u);
+    for (size_t i = 0; i < sizeof b->count / 4u; ++i)
+        memcpy((char *)b->count + 4u * i, &poison, 4u);
+    for (size_t i = 0; i < sizeof b->exit / 4u; ++i) memcpy((char *)b->exit + 4u * i, &poison, 4u);
 }
 
 static void exits_on_cpu(const scene *s, tracer_settings settings, int room, batch *b) {
-    int i;
 #pragma omp parallel for schedule(dynamic, 16)
-    for (i = 0; i < b->size; ++i) {
+    for (int i = 0; i < b->size; ++i) {
         sss_exit own[SSS_MAX_EXITS];
         uint32_t probes = 0;
         b->count[i] =
@@ -449,18 +446,19 @@ static void compare_lookup(const batch *cpu, const batch *cl, int i, int room, l
         HIT = offsetof(sss_exit, hit) / 4
     }; // the one that is no float
     tally mine = {0, 0, 0, 0.0};
-    int k, w, flipped = cpu->count[i] != cl->count[i];
+    int flipped = cpu->count[i] != cl->count[i];
     ++sum->lookups;
-    for (k = 0; k < room && !flipped; ++k) {
-        uint32_t a[WORDS], b[WORDS];
+    for (int k = 0; k < room && !flipped; ++k) {
+        uint32_t a[WORDS];
         memcpy(a, &cpu->exit[i * room + k], sizeof a);
+        uint32_t b[WORDS];
         memcpy(b, &cl->exit[i * room + k], sizeof b);
         if (k >= cpu->count[i]) {
             flipped |= memcmp(a, b, sizeof a) != 0; // still poison
             continue;
         }
         ++sum->exits;
-        for (w = 0; w < WORDS; ++w) {
+        for (int w = 0; w < WORDS; ++w) {
             sum->nan += (unsigned long)(w != HIT && (is_nan(a[w]) || is_nan(b[w])));
             if (!compare_bits(&mine, a[w], b[w]) && w < 3 && mine.worst > LOOSE_ULP) flipped = 1;
         }
@@ -474,9 +472,8 @@ static void compare_lookup(const batch *cpu, const batch *cl, int i, int room, l
 
 static void compare_batch(const scene *s, tracer_settings settings, batch *cpu, batch *cl,
                           lookups *sum) {
-    int i, room = settings.plan.exits > 1 && settings.plan.exits <= SSS_MAX_EXITS
-                      ? settings.plan.exits
-                      : 1;
+    int room =
+        settings.plan.exits > 1 && settings.plan.exits <= SSS_MAX_EXITS ? settings.plan.exits : 1;
     *cl = *cpu;
     poison_results(cpu);
     poison_results(cl);
@@ -484,7 +481,7 @@ static void compare_batch(const scene *s, tracer_settings settings, batch *cpu, 
     const sss_cl_batch all = {(size_t)cl->size, (cl_uint)room, cl->position, cl->normal,
                               cl->seed,         cl->count,     cl->exit};
     check_call(tracer_cl_lookups(&tracer, s, settings, &all));
-    for (i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, room, sum);
+    for (int i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, room, sum);
 }
 
 static void report_lookups(const lookups *sum) {
@@ -507,12 +504,11 @@ static void test_lookups(void **state) {
     static const int candidates[] = {1, 3, 8, 64}, exits[] = {1, SSS_MAX_EXITS};
     enum { CASES = PROFILES * SCENES * 4 * 4 * 2 * 2 * 2 };
     static batch cpu, cl;
-    lookups sum;
-    unsigned c;
     (void)state;
     need_device();
+    lookups sum;
     memset(&sum, 0, sizeof sum);
-    for (c = 0; c < CASES; c += small ? 127u : 1u) {
+    for (unsigned c = 0; c < CASES; c += small ? 127u : 1u) {
         unsigned outer = c / (4 * 4 * 2 * 2 * 2);
         scene s = load((int)(outer % SCENES), (int)(outer / SCENES));
         tracer_settings settings;
@@ -560,15 +556,15 @@ static void odd_medium(int which, sss_medium *m) {
 static void test_odd_lookups(void **state) {
     enum { MEDIA = 11 };
     static batch cpu, cl;
-    lookups sum;
-    int which, k, unified = device->unified;
+    int unified = device->unified;
     (void)state;
     need_device();
+    lookups sum;
     memset(&sum, 0, sizeof sum);
-    for (which = 0; which < MEDIA; which += small ? 3 : 1) {
+    for (int which = 0; which < MEDIA; which += small ? 3 : 1) {
         scene s = load(which % SCENES, 0);
         odd_medium(which, &s.medium);
-        for (k = 0; k < 18; ++k) {
+        for (int k = 0; k < 18; ++k) {
             tracer_settings settings;
             memset(&settings, 0, sizeof settings);
             settings.method = TRACER_RESAMPLED;
@@ -596,27 +592,25 @@ typedef struct whole_case {
 
 static void compare_whole(cl_kernel kernel, const scene *s, const whole_case *k, batch *cpu,
                           batch *cl, lookups *sum) {
-    sss_cl_batch all;
     cl_mem on_device = sss_cl_buffer(device, sizeof *s, s);
     const sss_cl_argument own[] = {{sizeof on_device, &on_device},
                                    {sizeof k->plan, &k->plan},
                                    {sizeof k->aware, &k->aware},
                                    {sizeof k->sample, &k->sample}};
-    int i;
 
     assert_non_null(on_device);
     *cl = *cpu;
     poison_results(cpu);
     poison_results(cl);
 #pragma omp parallel for schedule(dynamic, 16)
-    for (i = 0; i < cpu->size; ++i) {
+    for (int i = 0; i < cpu->size; ++i) {
         sss_exit mine[SSS_MAX_EXITS];
-        int e;
 
         cpu->count[i] = whole_lookup(s, k->plan, k->aware, k->sample, cpu->position[i],
                                      cpu->normal[i], cpu->seed[i], mine);
-        for (e = 0; e < cpu->count[i]; ++e) cpu->exit[i * SSS_MAX_EXITS + e] = mine[e];
+        for (int e = 0; e < cpu->count[i]; ++e) cpu->exit[i * SSS_MAX_EXITS + e] = mine[e];
     }
+    sss_cl_batch all;
     all.entries = (size_t)cl->size;
     all.room = SSS_MAX_EXITS;
     all.positions = cl->position;
@@ -626,7 +620,7 @@ static void compare_whole(cl_kernel kernel, const scene *s, const whole_case *k,
     all.exits = cl->exit;
     check_call(sss_cl_lookups(device, kernel, &all, own, 4));
     sss_cl_release(&on_device, 1);
-    for (i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, SSS_MAX_EXITS, sum);
+    for (int i = 0; i < cl->size; ++i) compare_lookup(cpu, cl, i, SSS_MAX_EXITS, sum);
 }
 
 // Plans of the second stage, each with the exits that the other tests of lookups leave out.
@@ -649,20 +643,18 @@ enum { WHOLE = 20 };
 static void test_whole_lookups(void **state) {
     enum { MEDIA = SCENES * PROFILES + 11 };
     static batch cpu, cl;
-    cl_kernel kernel;
-    lookups sum;
-    int which, number;
 
     (void)state;
     need_device();
-    kernel = sss_cl_kernel(device, "whole_lookups");
+    cl_kernel kernel = sss_cl_kernel(device, "whole_lookups");
     assert_non_null(kernel);
+    lookups sum;
     memset(&sum, 0, sizeof sum);
-    for (which = 0; which < MEDIA; which += small ? 5 : 1) {
+    for (int which = 0; which < MEDIA; which += small ? 5 : 1) {
         scene s = load(which % SCENES, which / SCENES % PROFILES);
 
         if (which >= SCENES * PROFILES) odd_medium(which - SCENES * PROFILES, &s.medium);
-        for (number = which % 3; number < WHOLE; number += small ? 3 : 1) {
+        for (int number = which % 3; number < WHOLE; number += small ? 3 : 1) {
             whole_case k = whole_of(number);
 
             make_entries(&s, (uint32_t)(7000 + 100 * which + number), small ? 10 : 64, &cpu);
@@ -685,7 +677,6 @@ static void compare_shares(cl_kernel kernel, const scene *s, const batch *b, con
     cl_uint n = (cl_uint)found;
     cl_int count = 64;
     size_t size = (size_t)found * 64u * sizeof *weight;
-    int i, j, c;
 
     on[SCENE] = sss_cl_buffer(device, sizeof *s, s);
     on[GROUP] = sss_cl_buffer(device, 64u * sizeof *b->position, b->position);
@@ -702,22 +693,22 @@ static void compare_shares(cl_kernel kernel, const scene *s, const batch *b, con
     assert_true(sss_cl_read(device, on[WEIGHTS], size, weight));
     sss_cl_release(on, BUFFERS);
 
-    for (i = 0; i < 64; ++i) {
+    for (int i = 0; i < 64; ++i) {
         group[i].position = b->position[i];
         group[i].medium = &s->medium;
     }
-    for (i = 0; i < found; ++i) {
+    for (int i = 0; i < found; ++i) {
         float whole[64][3];
 
         sss_share(&exits[i], group, 64, -1, 0.0f, whole);
-        for (j = 0; j < 64; ++j) {
+        for (int j = 0; j < 64; ++j) {
             const sss_vec3 *w = &weight[i * 64 + j];
             float half[3];
 
             half[0] = w->x;
             half[1] = w->y;
             half[2] = w->z;
-            for (c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; ++c) {
                 if (is_nan(sssi_bits(whole[j][c]))) fail_msg("NaN in a share");
                 compare_bits(sum, sssi_bits(whole[j][c]), sssi_bits(half[c]));
             }
@@ -728,14 +719,12 @@ static void compare_shares(cl_kernel kernel, const scene *s, const batch *b, con
 static void test_shares(void **state) {
     static batch cpu;
     tally sum = {0, 0, 0, 0.0};
-    cl_kernel kernel;
-    int which, i, e;
 
     (void)state;
     need_device();
-    kernel = sss_cl_kernel(device, "shares");
+    cl_kernel kernel = sss_cl_kernel(device, "shares");
     assert_non_null(kernel);
-    for (which = 0; which < SCENES * PROFILES + 11; which += small ? 6 : 1) {
+    for (int which = 0; which < SCENES * PROFILES + 11; which += small ? 6 : 1) {
         static sss_exit exits[BATCH];
         sss_plan plan = {8, 0, 0u, 0, 1, 0};
         scene s = load(which % SCENES, which / SCENES % PROFILES);
@@ -743,12 +732,12 @@ static void test_shares(void **state) {
 
         if (which >= SCENES * PROFILES) odd_medium(which - SCENES * PROFILES, &s.medium);
         make_entries(&s, (uint32_t)(9000 + which), 64, &cpu);
-        for (i = 0; i < (small ? 8 : 64); ++i) {
+        for (int i = 0; i < (small ? 8 : 64); ++i) {
             sss_exit mine[SSS_MAX_EXITS];
             int count =
                 whole_lookup(&s, plan, 0, 0u, cpu.position[i], cpu.normal[i], cpu.seed[i], mine);
 
-            for (e = 0; e < count; ++e)
+            for (int e = 0; e < count; ++e)
                 if (mine[e].mass > 0.0f) exits[found++] = mine[e];
         }
         if (found) compare_shares(kernel, &s, &cpu, exits, found, &sum);
@@ -769,15 +758,15 @@ static void tiles_on_cpu(const scene *s, tracer_settings settings, uint32_t samp
                          unsigned long long *probes, unsigned long long *shaded) {
     int columns = tracer_tile_count(settings, sample, 0),
         rows = tracer_tile_count(settings, sample, 1);
-    int number, i, x, y;
-    for (number = 0; number < columns * rows; ++number) {
+    int x, y;
+    for (int number = 0; number < columns * rows; ++number) {
         static tracer_tile tile;
         sss_vec3 radiance[TRACER_TILE_PIXELS];
         int column = number % columns, row = number / columns;
         tracer_result all = tracer_tile_sample(s, settings, column, row, sample, &tile, radiance);
         *probes += all.probes;
         *shaded += all.shaded;
-        for (i = 0; i < TRACER_TILE_PIXELS; ++i) {
+        for (int i = 0; i < TRACER_TILE_PIXELS; ++i) {
             if (!tracer_tile_pixel(settings, sample, column, row, i, &x, &y)) continue;
             rgb[3 * (y * width + x)] += radiance[i].x;
             rgb[3 * (y * width + x) + 1] += radiance[i].y;
@@ -789,11 +778,9 @@ static void tiles_on_cpu(const scene *s, tracer_settings settings, uint32_t samp
 static void picture_on_cpu(const scene *s, tracer_settings settings, float *rgb,
                            unsigned long long *probes, unsigned long long *shaded) {
     unsigned long long p = 0, h = 0;
-    int pixel;
 #pragma omp parallel for schedule(dynamic, 64) reduction(+ : p, h)
-    for (pixel = 0; pixel < width * height; ++pixel) {
-        uint32_t k;
-        for (k = 0; k < SPP; ++k) {
+    for (int pixel = 0; pixel < width * height; ++pixel) {
+        for (uint32_t k = 0; k < SPP; ++k) {
             tracer_result r = tracer_sample(s, settings, pixel % width, pixel / width, k);
             rgb[3 * pixel] += r.radiance.x;
             rgb[3 * pixel + 1] += r.radiance.y;
@@ -809,9 +796,9 @@ static void picture_on_cpu(const scene *s, tracer_settings settings, float *rgb,
 // In bands and passes: one below the other, and the lower one in two.
 static void picture_on_device(const scene *s, tracer_settings settings, float *rgb,
                               unsigned long long *probes, unsigned long long *shaded) {
-    int i, middle = height / 2;
+    int middle = height / 2;
     check_call(tracer_cl_render(&tracer, s, settings, 0, middle, 0, SPP, rgb, probes, shaded));
-    for (i = 3 * width * middle; i < 3 * width * height; ++i) assert_true(rgb[i] == 0.0f);
+    for (int i = 3 * width * middle; i < 3 * width * height; ++i) assert_true(rgb[i] == 0.0f);
     check_call(tracer_cl_render(&tracer, s, settings, middle, height, 0, 1, rgb, probes, shaded));
     check_call(
         tracer_cl_render(&tracer, s, settings, middle, height, 1, SPP - 1, rgb, probes, shaded));
@@ -820,8 +807,7 @@ static void picture_on_device(const scene *s, tracer_settings settings, float *r
 // Each sample in two bands of rows of tiles, the lower one first.
 static void tiles_on_device(const scene *s, tracer_settings settings, float *rgb,
                             unsigned long long *probes, unsigned long long *shaded) {
-    uint32_t k;
-    for (k = 0; k < SPP; ++k) {
+    for (uint32_t k = 0; k < SPP; ++k) {
         int rows = tracer_tile_count(settings, k, 1), middle = rows / 2;
         check_call(
             tracer_cl_render_tiles(&tracer, s, settings, middle, rows, k, rgb, probes, shaded));
@@ -834,21 +820,20 @@ static void compare_picture(int which, int profile, tracer_settings settings, ta
     unsigned long long probes[2] = {0, 0}, shaded[2] = {0, 0};
     scene s = load(which, profile);
     tally sum = {0, 0, 0, 0.0};
-    int i;
     settings.width = width;
     settings.height = height;
     settings.seed = 20160505u;
     memset(cpu, 0, sizeof cpu);
     memset(cl, 0, sizeof cl);
     if (tracer_tile_side(settings) > 1) {
-        uint32_t k;
-        for (k = 0; k < SPP; ++k) tiles_on_cpu(&s, settings, k, cpu, &probes[0], &shaded[0]);
+        for (uint32_t k = 0; k < SPP; ++k)
+            tiles_on_cpu(&s, settings, k, cpu, &probes[0], &shaded[0]);
         tiles_on_device(&s, settings, cl, &probes[1], &shaded[1]);
     } else {
         picture_on_cpu(&s, settings, cpu, &probes[0], &shaded[0]);
         picture_on_device(&s, settings, cl, &probes[1], &shaded[1]);
     }
-    for (i = 0; i < 3 * width * height; ++i) {
+    for (int i = 0; i < 3 * width * height; ++i) {
         if (is_nan(sssi_bits(cpu[i])) || is_nan(sssi_bits(cl[i])))
             fail_msg("%s: NaN", scenes_known[which].name);
         compare_bits(&sum, sssi_bits(cpu[i]), sssi_bits(cl[i]));
@@ -892,12 +877,11 @@ static void compare_models(int which, int profile, tally *sum) {
 // exact, so many times the flips of a lookup are allowed.
 static void test_pictures(void **state) {
     tally sum = {0, 0, 0, 0.0};
-    int which, profile;
     (void)state;
     need_device();
     if (small) width = height = 4;
-    for (which = 0; which < SCENES; ++which) {
-        for (profile = 0; profile < PROFILES; ++profile) {
+    for (int which = 0; which < SCENES; ++which) {
+        for (int profile = 0; profile < PROFILES; ++profile) {
             tracer_settings settings;
             memset(&settings, 0, sizeof settings);
             if (small && (which + profile) % 5 != 0) continue;

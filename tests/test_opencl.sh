@@ -1,6 +1,7 @@
 #!/bin/bash
-# render on OpenCL devices, in parts and interrupted; the kernels' text by other compilers and under a simulator. Run
-# from the top of the repository, with BUILD naming where the programs are. SPDX-License-Identifier: MIT
+# render on OpenCL devices, in parts and interrupted; the kernels' text by other compilers and under
+# a simulator. Run from the top of the repository, with BUILD naming where the programs are.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 mkdir -p "$POCL_CACHE_DIR"
@@ -17,7 +18,8 @@ syntax() { # STANDARD FILE OPTIONS
         -fsyntax-only "$file"
 }
 
-# What is embedded, as text again. In it the headers are no headers, so functions without use would be warned of.
+# What is embedded, as text again. In it the headers are no headers, so functions without use would
+# be warned of.
 embedded_text() {
     cat "$build/sss_cl_source.h" "$build/tracer_cl_source.h" |
         LC_ALL=C awk -F, '/^[0-9]/ { for (i = 1; i < NF; i++) printf "%c", $i }' >"$work/text.cl"
@@ -142,14 +144,16 @@ compares_on_device() {
     "$render" --compare --scene slab --size 23x17 --spp 1 --device opencl --png "$work/sheet.png" && [ -s "$work/sheet.png" ]
 }
 
-# Out of bounds and the like. The simulator does not know an annotation that inlining leaves, hence no inlining.
+# Out of bounds and the like. The simulator does not know an annotation that inlining leaves, hence
+# no inlining.
 simulate() {
     OCL_ICD_VENDORS=$work/nowhere oclgrind --log "$work/log" --build-options "-cl-opt-disable -Dalways_inline=noinline" \
         "$build/test_opencl" --small || return 1
     [ ! -s "$work/log" ] || { cat "$work/log" && return 1; }
 }
 
-# Other code from the same text: one lane, as on devices that are not a CPU, or another way to join work-items.
+# Other code from the same text: one lane, as on devices that are not a CPU, or another way to join
+# work-items.
 other_code() {
     POCL_EXTRA_BUILD_FLAGS=-DSSS_LANES=1 "$build/test_opencl" --small &&
         POCL_WORK_GROUP_METHOD=cbs "$build/test_opencl" --small

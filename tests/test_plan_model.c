@@ -36,11 +36,11 @@ static sss_need need_of(double footprint, double radius, double tolerated) {
 }
 static sss_medium medium_of(const double albedo[3], const double dmfp[3]) {
     float a[3], d[3];
-    sss_medium m;
     for (int c = 0; c < 3; ++c) {
         a[c] = (float)albedo[c];
         d[c] = (float)dmfp[c];
     }
+    sss_medium m;
     assert_int_equal(sss_burley(&m, a, d), SSS_OK);
     return m;
 }
@@ -103,14 +103,15 @@ static void leaf_by_plan(const sss_medium *m, const sss_plan *plan, float h, st_
 #pragma omp parallel for schedule(dynamic)
     for (int b = 0; b < LEAF_BLOCKS; ++b) {
         for (int i = 0; i < LEAF_EACH; ++i) {
-            sss_vec3 x = {0.0f, 0.0f, h}, up = {0.0f, 0.0f, 1.0f}, y, n;
+            sss_vec3 x = {0.0f, 0.0f, h}, up = {0.0f, 0.0f, 1.0f};
             sss_resampler s;
-            sss_probe p;
-            sss_exit exit[SSS_MAX_EXITS];
             double sum[2] = {0.0, 0.0};
             sss_begin(&s, m, plan, x, up, sss_hash(TEST_SEED, (uint32_t)(b * LEAF_EACH + i)));
+            sss_vec3 y, n;
+            sss_probe p;
             while (sss_next_probe(&s, &p))
                 if (leaf_hit(&p, h, &y, &n)) sss_add_hit(&s, y, n, 1.0f);
+            sss_exit exit[SSS_MAX_EXITS];
             for (int e = sss_finish(&s, exit) - 1; e >= 0; --e)
                 sum[exit[e].position.z < 0.0f] += (double)exit[e].weight[0];
             st_add(&block[b][0], sum[0]);
@@ -134,11 +135,11 @@ static void a_leaf_is_right_from_both_sides(void **state) {
         double h = thickness[k];
         sss_need need = need_of(footprint, h, 0.0);
         sss_plan plan = sss_plan_for(&m, &need);
-        st_stat face[2];
         char name[64];
         snprintf(name, sizeof name, "the plan for a leaf of half thickness %g", h);
         check_equal(name, (long)plan.techniques, SSS_WALK);
 
+        st_stat face[2];
         leaf_by_plan(&m, &plan, (float)h, face);
         for (int side = 0; side < 2; ++side) {
             body_solid leaf = body_quadric(0.0, 0.0, 1.0 / h);
@@ -235,14 +236,13 @@ static void the_tolerance_decides(void **state) {
 /* The light of one lookup of the fixture, hinted by its own light or not; returns its exits. */
 static int lit_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, int hinted,
                       uint32_t seed, double light[3]) {
-    sss_resampler s;
-    sss_probe probe;
-    sss_exit exits[SSS_MAX_EXITS];
     sss_vec3 position, normal;
-    st_hit hits[16];
 
     st_entry(f, &position, &normal);
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, m, plan, position, normal, seed), SSS_OK);
+    sss_probe probe;
+    st_hit hits[16];
     while (sss_next_probe(&s, &probe)) {
         int count = st_trace(f, &probe, hits);
         for (int i = 0; i < count; ++i) {
@@ -250,6 +250,7 @@ static int lit_lookup(const st_fixture *f, const sss_medium *m, const sss_plan *
             sss_add_hit(&s, hits[i].position, hits[i].normal, hint);
         }
     }
+    sss_exit exits[SSS_MAX_EXITS];
     int count = sss_finish(&s, exits);
     for (int c = 0; c < 3; ++c) {
         light[c] = 0.0;
@@ -293,13 +294,13 @@ static void a_plan_pays(void **state) {
         double cost = costs[k / 2 % 3];
         sss_medium m = medium_of(albedo, dmfp[k / 6 % 2]);
         st_fixture f = st_standard(kinds[k / 12], st_stay());
-        sss_plan usual;
 
-        /* Neither so thin that it is walked nor flat; the pixel is not known, so nothing is shared. */
+        /* Neither so thin that it is walked nor flat; the pixel is not known: no sharing. */
         sss_need need = need_of(0.0, 0.9 * (double)m.r_max, 0.9);
         need.shading_cost = (float)cost;
         need.hinted = hinted;
         sss_plan plan = sss_plan_for(&m, &need);
+        sss_plan usual;
         memset(&usual, 0, sizeof usual);
 
         double ratio = price(&f, &m, &plan, hinted, cost) / price(&f, &m, &usual, hinted, cost);

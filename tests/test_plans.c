@@ -21,8 +21,7 @@ typedef struct sample {
 } sample;
 static void grey_burley(sss_medium *m, float albedo, float scale) {
     float a[3], dmfp[3];
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         a[c] = albedo;
         dmfp[c] = scale * (float)st_burley_s((double)albedo);
     }
@@ -31,23 +30,22 @@ static void grey_burley(sss_medium *m, float albedo, float scale) {
 static sample run(const st_fixture *f, const sss_medium *m, const sss_plan *plan, st_light *light,
                   uint32_t name, int lookups) {
     static st_stat stats[BLOCKS];
-    int b, each = lookups / BLOCKS;
+    int each = lookups / BLOCKS;
     sample result;
     memset(&result, 0, sizeof result);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) {
-        sss_exit exits[SSS_MAX_EXITS];
-        int i, e;
+    for (int b = 0; b < BLOCKS; ++b) {
         memset(&stats[b], 0, sizeof stats[b]);
-        for (i = 0; i < each; ++i) {
+        sss_exit exits[SSS_MAX_EXITS];
+        for (int i = 0; i < each; ++i) {
             int n = st_lookup(f, m, plan, sss_hash(name, (uint32_t)(b * each + i)), NULL, exits);
             double sum = 0.0;
-            for (e = 0; e < n; ++e)
+            for (int e = 0; e < n; ++e)
                 sum += (double)exits[e].weight[1] * light(st_local(&f->frame, exits[e].position));
             st_add(&stats[b], sum);
         }
     }
-    for (b = 0; b < BLOCKS; ++b) {
+    for (int b = 0; b < BLOCKS; ++b) {
         st_merge(&result.value, &stats[b]);
         st_add(&result.variance, st_variance(&stats[b]));
     }
@@ -64,25 +62,22 @@ static void name_case(char *name, size_t size, const sss_plan *plan, const st_fi
 static void stratified_and_independent_agree(void **state) {
     static const unsigned sets[] = {0u, ALL};
     sss_medium m;
-    int kind;
     (void)state;
     grey_burley(&m, 0.8f, 1.0f);
-    for (kind = 0; kind < 2 * ST_KINDS; ++kind) {
+    for (int kind = 0; kind < 2 * ST_KINDS; ++kind) {
         st_fixture f = st_standard((st_kind)(kind % ST_KINDS), st_moved());
         st_light *light = kind & 1 ? st_light_spot : st_light_one;
         sss_plan plan = {8, 1, 0u, 0, 0, 0};
-        sample strata, drawn;
-        double error, ratio;
         int lookups = st_samples(f.kind == ST_STACK ? 200000 : 400000);
-        char name[160];
         plan.techniques = sets[kind / ST_KINDS];
-        strata = run(&f, &m, &plan, light, TEST_SEED + (uint32_t)kind, lookups);
+        sample strata = run(&f, &m, &plan, light, TEST_SEED + (uint32_t)kind, lookups);
         plan.independent = 1;
-        drawn = run(&f, &m, &plan, light, TEST_SEED + 100u + (uint32_t)kind, lookups);
-        error = sqrt(pow(st_error(&strata.value), 2.0) + pow(st_error(&drawn.value), 2.0));
+        sample drawn = run(&f, &m, &plan, light, TEST_SEED + 100u + (uint32_t)kind, lookups);
+        double error = sqrt(pow(st_error(&strata.value), 2.0) + pow(st_error(&drawn.value), 2.0));
+        char name[160];
         name_case(name, sizeof name, &plan, &f, "mean of stratified against");
         check_z(name, strata.value.mean, error, drawn.value.mean, 0.0, Z_LIMIT);
-        ratio = strata.variance.mean / drawn.variance.mean;
+        double ratio = strata.variance.mean / drawn.variance.mean;
         error = ratio * sqrt(pow(st_error(&strata.variance) / strata.variance.mean, 2.0) +
                              pow(st_error(&drawn.variance) / drawn.variance.mean, 2.0));
         name_case(name, sizeof name, &plan, &f, "variance of stratified over");
@@ -104,11 +99,10 @@ static void drawn_counts_bring_no_bias(void **state) {
     static const float albedo = 0.8f;
     sss_medium m;
     st_fixture f = st_standard(ST_EDGE, st_moved());
-    int i, independent;
     (void)state;
     grey_burley(&m, albedo, 1.0f);
-    for (independent = 0; independent < 2; ++independent)
-        for (i = 1; i <= 7; ++i) {
+    for (int independent = 0; independent < 2; ++independent)
+        for (int i = 1; i <= 7; ++i) {
             sss_plan plan = {0, 1, ALL, 0, 0, 0};
             plan.candidates = i;
             plan.exits = i == 5 ? 4 : i == 6 ? 2 : 1;
@@ -121,10 +115,9 @@ static void strata_of_any_number_bring_no_bias(void **state) {
     static const float albedo = 0.8f;
     static const int counts[] = {2, 3, 5, 6, 7, 9, 11, 13};
     sss_medium m;
-    size_t i;
     (void)state;
     grey_burley(&m, albedo, 0.3f);
-    for (i = 0; i < sizeof counts / sizeof *counts; ++i) {
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; ++i) {
         st_fixture f = st_standard(ST_CYLINDER, st_moved()), unit = f;
         sss_plan plan = {0, 1, SSS_CHORD, 0, 0, 0};
         unit.size /= (double)0.3f;
@@ -145,47 +138,44 @@ enum { NORMAL, TANGENT, SPHERE, CHORD, CLASSES };
 static int class_of(const sss_probe *p) {
     st_vec o = st_double(p->origin), d = st_double(p->direction),
            below = st_sum(o, st_vec3(0.0, 0.0, -1.0), -1.0);
-    double along = fabs(d.x * d.x * d.y * d.y) + fabs(d.y * d.y * d.z * d.z) +
-                   fabs(d.z * d.z * d.x * d.x),
-           t;
+    double along =
+        fabs(d.x * d.x * d.y * d.y) + fabs(d.y * d.y * d.z * d.z) + fabs(d.z * d.z * d.x * d.x);
     if (along < 1e-20) return fabs(d.z) > 0.5 ? NORMAL : TANGENT;
-    t = -st_dot(below, d);
+    double t = -st_dot(below, d);
     return st_length(st_sum(below, d, t)) < 2e-5 && p->length > 4.0f ? SPHERE : CHORD;
 }
 static double share_of(unsigned techniques, int c) {
-    int i, n = 0;
-    for (i = 0; i < 4; ++i) n += (int)(techniques >> i & 1u);
+    int n = 0;
+    for (int i = 0; i < 4; ++i) n += (int)(techniques >> i & 1u);
     return techniques >> c & 1u ? 1.0 / n : 0.0;
 }
 /* The probes of one lookup by class and by j mod N; returns their number, which lacks the few
  * beyond the ball. */
 static int count_probes(const sss_medium *m, const sss_plan *plan, uint32_t seed,
                         double count[CLASSES][SSS_MAX_EXITS]) {
+    int probes = 0;
+    for (int c = 0; c < CLASSES; ++c)
+        for (int i = 0; i < SSS_MAX_EXITS; ++i) count[c][i] = 0.0;
     sss_resampler s;
-    sss_probe probe;
-    int c, i, probes = 0;
-    for (c = 0; c < CLASSES; ++c)
-        for (i = 0; i < SSS_MAX_EXITS; ++i) count[c][i] = 0.0;
     sss_begin(&s, m, plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)),
               seed);
+    sss_probe probe;
     for (; sss_next_probe(&s, &probe); ++probes)
         count[class_of(&probe)][probes % plan->exits] += 1.0;
     return probes;
 }
 static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t name) {
     st_stat totals[CLASSES] = {{0.0, 0.0, 0.0}};
-    double count[CLASSES][SSS_MAX_EXITS];
-    uint32_t seed;
     char text[160];
-    int c, i;
     snprintf(text, sizeof text, "probes of a technique: techniques %u, M %d, N %d, %s",
              plan->techniques, plan->candidates, plan->exits,
              plan->independent ? "independent" : "stratified");
-    for (seed = 0; seed < 40000; ++seed) {
+    double count[CLASSES][SSS_MAX_EXITS];
+    for (uint32_t seed = 0; seed < 40000; ++seed) {
         int probes = count_probes(m, plan, sss_hash(name, seed), count);
-        for (c = 0; c < CLASSES; ++c) {
+        for (int c = 0; c < CLASSES; ++c) {
             double expected = plan->candidates * share_of(plan->techniques, c), sum = 0.0;
-            for (i = 0; i < plan->exits; ++i) {
+            for (int i = 0; i < plan->exits; ++i) {
                 sum += count[c][i];
                 if (probes == plan->candidates &&
                     !plan->independent) /* the two tangents are two techniques */
@@ -197,7 +187,7 @@ static void check_counts(const sss_medium *m, const sss_plan *plan, uint32_t nam
                 check_near(text, sum, expected, c == TANGENT ? 1.99999 : 0.99999);
         }
     }
-    for (c = 0; c < CLASSES; ++c) { /* of a disk's probes 1e-4 lie beyond the ball */
+    for (int c = 0; c < CLASSES; ++c) { /* of a disk's probes 1e-4 lie beyond the ball */
         double expected =
             plan->candidates * share_of(plan->techniques, c) * (c <= TANGENT ? 1.0 - 1e-4 : 1.0);
         check_z(text, totals[c].mean, st_error(&totals[c]), expected, 2e-5 * expected, Z_LIMIT);
@@ -209,13 +199,11 @@ static void probes_are_shared_as_stated(void **state) {
     static const int candidates[] = {1, 2, 3, 4, 5, 6, 7, 8, 13, 16};
     const sss_plan none = {0, 0, 0u, 0, 0, 0};
     sss_medium m;
-    size_t t, i;
-    int independent;
     (void)state;
     grey_burley(&m, 0.8f, 1.0f);
-    for (t = 0; t < 3; ++t)
-        for (i = 0; i < 10; ++i)
-            for (independent = 0; independent < 2; ++independent) {
+    for (size_t t = 0; t < 3; ++t)
+        for (size_t i = 0; i < 10; ++i)
+            for (int independent = 0; independent < 2; ++independent) {
                 sss_plan plan = none;
                 plan.candidates = candidates[i];
                 plan.techniques = sets[t];
@@ -241,18 +229,17 @@ static void ranks_of(const sss_probe *p, int chord, double *radius, double *angl
 static void check_table(const sss_medium *m, unsigned technique, int strata, uint32_t name) {
     static st_stat cells[49];
     sss_plan plan = {0, 1, 0u, 0, 0, 0};
-    uint32_t seed;
-    char text[80];
-    int i;
     plan.candidates = strata;
     plan.techniques = technique;
     memset(cells, 0, sizeof cells);
-    for (seed = 0; seed < 300000; ++seed) {
-        double count[49] = {0.0}, radius, angle;
+    int i;
+    for (uint32_t seed = 0; seed < 300000; ++seed) {
+        double count[49] = {0.0};
         sss_resampler s;
-        sss_probe probe;
         sss_begin(&s, m, &plan, st_float(st_vec3(0.0, 0.0, 0.0)), st_float(st_vec3(0.0, 0.0, 1.0)),
                   sss_hash(name, seed));
+        double radius, angle;
+        sss_probe probe;
         while (sss_next_probe(&s, &probe)) {
             ranks_of(&probe, technique == SSS_CHORD, &radius, &angle);
             i = (int)fmin(radius * strata, strata - 1.0) * strata +
@@ -261,6 +248,7 @@ static void check_table(const sss_medium *m, unsigned technique, int strata, uin
         }
         for (i = 0; i < strata * strata; ++i) st_add(&cells[i], count[i]);
     }
+    char text[80];
     for (i = 0; i < strata * strata; ++i) {
         snprintf(text, sizeof text, "technique %u, M %d, radius %d and angle %d", technique, strata,
                  i / strata, i % strata);
@@ -269,10 +257,9 @@ static void check_table(const sss_medium *m, unsigned technique, int strata, uin
 }
 static void strata_leave_no_pattern(void **state) {
     sss_medium m;
-    int n;
     (void)state;
     grey_burley(&m, 0.8f, 1.0f);
-    for (n = 3; n <= 7; n += 2) {
+    for (int n = 3; n <= 7; n += 2) {
         check_table(&m, SSS_DISK, n, TEST_SEED + 700u + (uint32_t)n);
         check_table(&m, SSS_CHORD, n, TEST_SEED + 710u + (uint32_t)n);
     }
@@ -298,31 +285,29 @@ static void variance_follows_the_law(void **state) {
     const float albedo = 0.8f;
     st_fixture f = st_standard(ST_PLANE, st_stay());
     sss_medium m;
-    size_t t, i;
     (void)state;
     grey_burley(&m, albedo, 1.0f);
-    for (t = 0; t < 2; ++t)
-        for (i = 0; i < (st_is_long() ? 5u : 4u);
+    for (size_t t = 0; t < 2; ++t)
+        for (size_t i = 0; i < (st_is_long() ? 5u : 4u);
              ++i) { /* 64 candidates cost as much as all others */
             sss_plan plan = {0, 1, 0u, 1, 0, 0};
-            double mean, v_s, v_g, expected;
-            sample got;
-            sss_vec3 x, n;
-            char name[160];
-            law l;
             plan.candidates = candidates[i];
             plan.techniques = sets[t];
+            law l;
             l.profile = st_burley((double)albedo, (double)((float)st_burley_s((double)albedo)));
             l.light = st_light_shadow;
+            sss_vec3 x, n;
             st_entry(&f, &x, &n);
             sss_begin(&l.s, &m, &plan, x, n, 1u);
-            mean = st_truth(&f, &l.profile, l.light);
+            double mean = st_truth(&f, &l.profile, l.light);
             l.over_intensity = 1;
-            v_s = st_surface(&f, 1.0, second_moment, &l) - mean * mean;
+            double v_s = st_surface(&f, 1.0, second_moment, &l) - mean * mean;
             l.over_intensity = 0;
-            v_g = (double)albedo * st_surface(&f, 1.0, second_moment, &l) - mean * mean;
-            expected = v_s / plan.candidates + (1.0 - 1.0 / plan.candidates) * v_g;
-            got = run(&f, &m, &plan, l.light, TEST_SEED + 600u + (uint32_t)(10 * t + i), 300000);
+            double v_g = (double)albedo * st_surface(&f, 1.0, second_moment, &l) - mean * mean;
+            double expected = v_s / plan.candidates + (1.0 - 1.0 / plan.candidates) * v_g;
+            sample got =
+                run(&f, &m, &plan, l.light, TEST_SEED + 600u + (uint32_t)(10 * t + i), 300000);
+            char name[160];
             name_case(name, sizeof name, &plan, &f, "variance");
             check_relative(name, got.variance.mean, expected, 0.05);
             check_at_most("noise of that variance", Z_LIMIT * st_error(&got.variance) / expected,
@@ -336,16 +321,14 @@ static void one_probe_is_enough_where_it_is_flat(void **state) {
     sss_medium m;
     st_fixture f = st_standard(ST_SPHERE, st_moved());
     const sss_plan plan = {1, 1, SSS_DISK, 0, 0, 0};
-    sample one, eight;
-    double truth;
     (void)state;
     grey_burley(&m, 0.8f, 0.037f);
     assert_true((double)m.r_max > 0.95 * f.size && (double)m.r_max <= f.size);
-    truth = (double)sss_within(&m, 1, 2.0f * (float)f.size);
-    one = run(&f, &m, &plan, st_light_one, TEST_SEED + 700u, 2000000);
+    double truth = (double)sss_within(&m, 1, 2.0f * (float)f.size);
+    sample one = run(&f, &m, &plan, st_light_one, TEST_SEED + 700u, 2000000);
     check_near("mean of one probe", one.value.mean, truth,
                1e-4 * truth + Z_LIMIT * st_error(&one.value));
-    eight = run(&f, &m, NULL, st_light_one, TEST_SEED + 701u, 200000);
+    sample eight = run(&f, &m, NULL, st_light_one, TEST_SEED + 701u, 200000);
     check_at_most("variance of one probe", one.variance.mean,
                   eight.variance.mean +
                       Z_LIMIT * (st_error(&one.variance) + st_error(&eight.variance)));

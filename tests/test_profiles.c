@@ -10,19 +10,21 @@ static void three(float *to, double x) { to[0] = to[1] = to[2] = (float)x; }
 
 typedef sss_result burley_constructor(sss_medium *m, const float a[3], const float b[3]);
 static sss_medium grey_burley(burley_constructor *make, double albedo, double path) {
-    sss_medium m;
-    float a[3], l[3];
+    float a[3];
     three(a, albedo);
+    float l[3];
     three(l, path);
+    sss_medium m;
     assert_int_equal(make(&m, a, l), SSS_OK);
     return m;
 }
 
 static sss_medium grey(constructor *make, double a, double b, double eta) {
-    sss_medium m;
-    float x[3], y[3];
+    float x[3];
     three(x, a);
+    float y[3];
     three(y, b);
+    sss_medium m;
     assert_int_equal(make(&m, x, y, (float)eta), SSS_OK);
     return m;
 }
@@ -50,9 +52,8 @@ static int read_row(FILE *file, row *to) {
 
 static FILE *open_table(const char *name) {
     char path[400];
-    FILE *file;
     snprintf(path, sizeof path, "%s/%s", DATA_DIR, name);
-    file = fopen(path, "r");
+    FILE *file = fopen(path, "r");
     if (!file) fail_msg("cannot read %s", path);
     return file;
 }
@@ -60,8 +61,7 @@ static FILE *open_table(const char *name) {
 // The medium of a row and the exponent at its radius; 0 where the library does not offer the
 // profile.
 static int medium_of(const row *from, sss_medium *m, double *exponent) {
-    double alpha, sigma, eta, albedo, length, s, d;
-    float a[3], b[3];
+    double alpha, sigma, eta;
     if (sscanf(from->params, "alpha'=%lf;sigma_t'=%lf;eta=%lf", &alpha, &sigma, &eta) == 3) {
         int better = strcmp(from->profile, "better_dipole") == 0;
         *m = grey(better ? sss_better_dipole : sss_dipole, (1.0 - alpha) * sigma, alpha * sigma,
@@ -69,9 +69,12 @@ static int medium_of(const row *from, sss_medium *m, double *exponent) {
         *exponent = (double)m->sigma[0] * sqrt(from->r * from->r + 1.0 / (sigma * sigma));
         return 1;
     }
+    double albedo, length, s, d;
     if (sscanf(from->params, "A=%lf;l=%lf;s=%lf;d=%lf", &albedo, &length, &s, &d) != 4)
         fail_msg("%s", from->params);
+    float a[3];
     three(a, albedo);
+    float b[3];
     three(b, length);
     *exponent = from->r / (3.0 * d);
     if (strcmp(from->profile, "burley_sD") == 0) return sss_burley_mfp(m, a, b) == SSS_OK;
@@ -161,12 +164,11 @@ static precise precise_dipole(double sigma_a, double sigma_s, double eta, int be
     return p;
 }
 static long double precise_rd(const precise *p, long double r) {
-    long double dr, dv;
     if (!p->dipole)
         return p->scale * (expl(-r / p->d) + expl(-r / (3.0L * p->d))) /
                (8.0L * (long double)ST_PI * p->d * r);
-    dr = sqrtl(r * r + p->zr * p->zr);
-    dv = sqrtl(r * r + p->zv * p->zv);
+    long double dr = sqrtl(r * r + p->zr * p->zr);
+    long double dv = sqrtl(r * r + p->zv * p->zv);
     return p->flux * (p->zr * (1.0L + p->s * dr) * expl(-p->s * dr) / (dr * dr * dr) +
                       p->zv * (1.0L + p->s * dv) * expl(-p->s * dv) / (dv * dv * dv)) +
            p->fluence * (expl(-p->s * dr) / dr - expl(-p->s * dv) / dv);
@@ -191,8 +193,7 @@ static double near_error(double eta) {
 
 static void sweep_radii(const sss_medium *m, const precise *p, double near_by, domain *worst) {
     long double unit = p->dipole ? p->zr : p->d;
-    int k;
-    for (k = 0; k <= 500;
+    for (int k = 0; k <= 500;
          ++k) { // 1e-6 to 1e4 of the length, where the profile is above float's smallest
         float r = (float)(unit * powl(10.0L, -5.999L + 0.02L * k));
         long double exact = precise_rd(p, (long double)r);
@@ -213,12 +214,11 @@ static void sweep_radii(const sss_medium *m, const precise *p, double near_by, d
 static void test_domain(void **state) {
     static const char *const names[4] = {"Burley", "Burley by mfp", "dipole", "better dipole"};
     static const double eta[] = {1.0, 1.1, 1.33, 1.5, 2.0, 5.0};
-    int which, i, e;
     (void)state;
-    for (which = 0; which < 4; ++which) {
+    for (int which = 0; which < 4; ++which) {
         domain worst = {0.0, 0.0, 0.0, 0};
-        for (i = 0; i <= 90; ++i) // the albedo, or 1 - albedo', from 1 to 1e-9
-            for (e = 0; e < (which < 2 ? 1 : 6); ++e) {
+        for (int i = 0; i <= 90; ++i) // the albedo, or 1 - albedo', from 1 to 1e-9
+            for (int e = 0; e < (which < 2 ? 1 : 6); ++e) {
                 double x = (double)(float)pow(10.0, -i / 10.0),
                        y = (double)(float)(1.0 - 0.9999 * x), n = (double)(float)eta[e];
                 precise p = which < 2 ? precise_burley(x, (double)0.37f, which)
@@ -241,8 +241,8 @@ static void test_domain(void **state) {
 
 static int all_media(sss_medium *to) {
     static const double albedo[] = {1e-4, 0.2, 0.8, 0.99, 0.999999};
-    int i, n = 0;
-    for (i = 0; i < 5; ++i) {
+    int n = 0;
+    for (int i = 0; i < 5; ++i) {
         to[n++] = grey_burley(sss_burley, albedo[i], 0.37);
         to[n++] = grey_burley(sss_burley_mfp, albedo[i], 0.37);
         to[n++] = grey(sss_dipole, 2.7 * (1.0 - albedo[i]), 2.7 * albedo[i], 1.4);
@@ -255,9 +255,9 @@ static int all_media(sss_medium *to) {
 
 static void test_ends(void **state) {
     sss_medium media[30];
-    int i, n = all_media(media);
+    int n = all_media(media);
     (void)state;
-    for (i = 0; i < n; ++i) {
+    for (int i = 0; i < n; ++i) {
         const sss_medium *m = &media[i];
         float albedo = m->albedo[0], floor = 1e-6f * m->length[0],
               at_floor = sss_profile(m, 0, floor);
@@ -282,10 +282,9 @@ static void test_channels(void **state) {
     static const int wrong[] = {-1, 3, 4, INT32_MAX, INT32_MIN};
     static const float albedo[3] = {0.0f, 0.7f, 0.5f}, length[3] = {1.0f, 0.0f, 2.0f};
     sss_medium m;
-    int i;
     (void)state;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
-    for (i = 0; i < 5; ++i)
+    for (int i = 0; i < 5; ++i)
         assert_true(sss_profile(&m, wrong[i], 1.0f) == 0.0f &&
                     sss_within(&m, wrong[i], 1.0f) == 0.0f);
     assert_true(sss_profile(&m, 0, 1.0f) == 0.0f && sss_within(&m, 0, 1.0f) == 0.0f); // black
@@ -295,11 +294,11 @@ static void test_channels(void **state) {
 
 static void test_falls(void **state) {
     sss_medium media[30];
-    int i, k, n = all_media(media);
+    int n = all_media(media);
     (void)state;
-    for (i = 0; i < n; ++i) {
+    for (int i = 0; i < n; ++i) {
         double before = (double)INFINITY, less = -1.0;
-        for (k = 0; k < 400; ++k) {
+        for (int k = 0; k < 400; ++k) {
             float r = media[i].length[0] * (float)pow(10.0, -5.0 + 0.02 * k);
             double value = (double)sss_profile(&media[i], 0, r),
                    within = (double)sss_within(&media[i], 0, r);
@@ -316,8 +315,7 @@ static void test_falls(void **state) {
 // left to add.
 static double integral(const sss_medium *m, double radius) {
     double sum = m->dipole ? 0.0 : 0.5 * (double)sss_within(m, 0, 1e-6f * m->length[0]);
-    int i;
-    for (i = 0; i < 6000; ++i) {
+    for (int i = 0; i < 6000; ++i) {
         double w, x = st_node(0.0, 1.0, 2000, i, &w), r = radius * x * x;
         sum += w * 2.0 * ST_PI * r * (double)sss_profile(m, 0, (float)r) * 2.0 * radius * x;
     }
@@ -328,10 +326,10 @@ static void test_integral(void **state) {
     static const double part[] = {0.02, 0.3, 1.0, 4.0, 15.0};
     sss_medium media[30];
     double worst = 0.0;
-    int i, k, n = all_media(media);
+    int n = all_media(media);
     (void)state;
-    for (i = 0; i < n; ++i) {
-        for (k = 0; k < 5; ++k) {
+    for (int i = 0; i < n; ++i) {
+        for (int k = 0; k < 5; ++k) {
             double r = (double)(float)(part[k] * (double)media[i].length[0]);
             double within = (double)sss_within(&media[i], 0, (float)r),
                    sum = integral(&media[i], r);
@@ -374,9 +372,8 @@ static void test_moments_table(void **state) {
 // Light inside meets a denser outside, eta < 1: nothing is totally reflected. x^3 evens out the
 // grazing end.
 static void moments_below(double eta, double *c1, double *c2) {
-    int i;
     *c1 = *c2 = 0.0;
-    for (i = 0; i < 12000; ++i) {
+    for (int i = 0; i < 12000; ++i) {
         double w, x = st_node(0.0, 1.0, 4000, i, &w), mu = x * x * x,
                   out = sqrt(1.0 - eta * eta * (1.0 - mu * mu));
         double rs = (eta * mu - out) / (eta * mu + out), rp = (mu - eta * out) / (mu + eta * out);
@@ -388,11 +385,11 @@ static void moments_below(double eta, double *c1, double *c2) {
 
 static void test_moments_everywhere(void **state) {
     double worst = 0.0;
-    int i;
     (void)state;
-    for (i = 0; i <= 480; ++i) {
-        double eta = (double)(float)(0.2 + 0.01 * i), c1, c2;
+    for (int i = 0; i <= 480; ++i) {
+        double eta = (double)(float)(0.2 + 0.01 * i);
         if (fabs(eta - 1.0) < 0.001) continue;
+        double c1, c2;
         if (eta > 1.0) st_fresnel_moments(eta, &c1, &c2);
         else moments_below(eta, &c1, &c2);
         check_near("2 C1", two_c1(eta), c1, 1e-6);
@@ -429,18 +426,18 @@ typedef struct implied {
 } implied;
 
 static implied look_inside(const sss_medium *m, double eta, int better) {
-    double c1, c2, a, flux, depth, er, ev;
-    implied i;
+    double c1, c2;
     if (eta == 1.0) c1 = c2 = 0.0;
     else if (eta > 1.0) st_fresnel_moments(eta, &c1, &c2);
     else moments_below(eta, &c1, &c2);
-    a = (1.0 + (better ? c2 : c1)) / (1.0 - c1);
-    flux = better ? 0.5 * (1.0 - c2) : 1.0;
+    double a = (1.0 + (better ? c2 : c1)) / (1.0 - c1);
+    double flux = better ? 0.5 * (1.0 - c2) : 1.0;
+    implied i;
     i.q = (double)m->sigma[0] * (double)m->length[0];
     i.p = better ? i.q * i.q / (3.0 - i.q * i.q) : i.q * i.q / 3.0;
-    depth = 4.0 / 3.0 * a * (better ? 1.0 + i.p : 1.0);
-    er = expm1(-i.q);
-    ev = expm1(-i.q * (1.0 + depth));
+    double depth = 4.0 / 3.0 * a * (better ? 1.0 + i.p : 1.0);
+    double er = expm1(-i.q);
+    double ev = expm1(-i.q * (1.0 + depth));
     i.lack = -flux * 0.5 * (er + ev); // 1 - total / albedo'^n, by parts that do not cancel
     if (better) i.lack += (1.0 - flux) - (1.0 - flux) * (er - ev) / (i.q * depth);
     i.total = (1.0 - i.lack) * pow(1.0 - i.p, better ? 2.0 : 1.0);
@@ -464,11 +461,10 @@ static void compare_forward(const char *name, const sss_medium *m, const implied
     double sigma_t = 1.0 / (double)m->length[0];
     sss_medium f = grey(better ? sss_better_dipole : sss_dipole, in->p * sigma_t,
                         (1.0 - in->p) * sigma_t, eta);
-    int i;
     check_near(name, (double)f.albedo[0], (double)m->albedo[0], 1e-5);
     check_relative(name, (double)f.zv[0], (double)m->zv[0], 1e-6);
     check_relative(name, (double)f.sigma[0], (double)m->sigma[0], 1e-6);
-    for (i = 0; i < 5;
+    for (int i = 0; i < 5;
          ++i) { // profiles per unit of albedo: at small albedos p cannot tell the albedo
         float r = (float)(part[i] * (double)m->length[0]);
         double exponent = (double)m->sigma[0] * hypot((double)r, (double)m->length[0]);
@@ -507,12 +503,11 @@ static void test_inversion(void **state) {
     static const double eta[] = {0.2, 0.75, 1.0, 1.1, 1.33, 1.5, 2.0, 5.0},
                         dmfp[] = {1e-3, 1.0, 37.0};
     inversion_errors worst = {0.0, 0.0, 0.0, 0.0};
-    int a, e, d, better;
     (void)state;
-    for (better = 0; better < 2; ++better)
-        for (a = 0; a < INVERTED; ++a)
-            for (e = 0; e < 8; ++e)
-                for (d = 0; d < 3; ++d)
+    for (int better = 0; better < 2; ++better)
+        for (int a = 0; a < INVERTED; ++a)
+            for (int e = 0; e < 8; ++e)
+                for (int d = 0; d < 3; ++d)
                     invert_one(inverted_albedo[a], dmfp[d], eta[e], better, &worst);
     print_message("    worst errors: total %.2g, 1 - total (relative) %.2g, unit integral %.2g, "
                   "sigma_tr %.2g\n",
@@ -521,12 +516,11 @@ static void test_inversion(void **state) {
 
 // The brighter, the shorter the mean free path, down to Lambert at exactly 1.
 static void test_inversion_is_monotone(void **state) {
-    int better, i;
     (void)state;
-    for (better = 0; better < 2; ++better) {
+    for (int better = 0; better < 2; ++better) {
         constructor *make = better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo;
         float before = INFINITY;
-        for (i = 1; i <= 4000; ++i) {
+        for (int i = 1; i <= 4000; ++i) {
             double x = i / 4000.0, albedo = 1.0 - pow(1.0 - x, 3.0);
             sss_medium m = grey(make, albedo, 1.0, 1.3);
             assert_true(m.length[0] <= before);
@@ -538,9 +532,8 @@ static void test_inversion_is_monotone(void **state) {
 }
 
 static void test_inversion_ends(void **state) {
-    int better;
     (void)state;
-    for (better = 0; better < 2; ++better) {
+    for (int better = 0; better < 2; ++better) {
         constructor *make = better ? sss_better_dipole_from_albedo : sss_dipole_from_albedo;
         sss_medium white = grey(make, 1.0, 1.0, 1.3), black = grey(make, 0.0, 1.0, 1.3),
                    flat = grey(make, 0.6, 0.0, 1.3);
@@ -554,9 +547,8 @@ static void test_inversion_ends(void **state) {
 
 // alpha' = 1 exactly, sigma_a = 0: all comes out again, and sigma_tr = 0.
 static void test_no_absorption(void **state) {
-    int better;
     (void)state;
-    for (better = 0; better < 2; ++better) {
+    for (int better = 0; better < 2; ++better) {
         sss_medium m = grey(better ? sss_better_dipole : sss_dipole, 0.0, 2.0, 1.4);
         check_near("albedo", (double)m.albedo[0], 1.0, 1e-6);
         assert_true(m.sigma[0] == 0.0f);
@@ -594,11 +586,12 @@ static void test_r_max(void **state) {
                                           sss_better_dipole_from_albedo};
     static const double eta[ETAS] = {0.2, 0.5, 0.8, 1.0, 1.1, 1.33, 1.5, 2.0, 5.0};
     static const float albedo[3] = {0.3f, 0.9f, 0.99f}, length[3] = {1.0f, 0.3f, 0.05f};
-    sss_medium media[30], m;
-    int i, n = all_media(media);
+    sss_medium media[30];
+    int n = all_media(media);
     (void)state;
-    for (i = 0; i < n; ++i) check_r_max(&media[i]);
-    for (i = 0; i < 4 * ETAS * DARKS; ++i) {
+    for (int i = 0; i < n; ++i) check_r_max(&media[i]);
+    sss_medium m;
+    for (int i = 0; i < 4 * ETAS * DARKS; ++i) {
         constructor *make = makers[i % 4];
         double dark = pow(10.0, -6.0 * (i / (4 * ETAS)) / (DARKS - 1.0));
 
@@ -622,15 +615,13 @@ static void test_r_max(void **state) {
 // exponential is cut off.
 static double proposal_ratio(const sss_medium *m) {
     double worst = 0.0;
-    int i;
-    for (i = 0; i <= 2400; ++i) {
+    for (int i = 0; i <= 2400; ++i) {
         float r = m->length[0] * (float)pow(10.0, -6.0 + i / 200.0),
               exponent = r / (3.0f * m->length[0]);
-        double ratio;
         if (m->dipole) exponent = m->sigma[0] * sqrtf(r * r + m->zv[0] * m->zv[0]);
         if (exponent > 69.0f) break;
-        ratio = (double)sssi_unit_profile(m, m->dipole, 0, r * r) /
-                (double)sssi_proposal(m, m->dipole, 0, r * r);
+        double ratio = (double)sssi_unit_profile(m, m->dipole, 0, r * r) /
+                       (double)sssi_proposal(m, m->dipole, 0, r * r);
         if (!(ratio <= worst)) worst = ratio;
     }
     return worst;
@@ -639,8 +630,7 @@ static double proposal_ratio(const sss_medium *m) {
 // Over the plane, with r = length e^y.
 static double proposal_integral(const sss_medium *m) {
     double sum = 0.0, z = (double)m->length[0];
-    int i;
-    for (i = 0; i < 3000; ++i) {
+    for (int i = 0; i < 3000; ++i) {
         double w, y = st_node(-16.0, 24.0, 1000, i, &w), r = z * exp(y);
         sum +=
             w * 2.0 * ST_PI * r * r * (double)sssi_proposal(m, m->dipole, 0, (float)r * (float)r);
@@ -651,9 +641,8 @@ static double proposal_integral(const sss_medium *m) {
 static double worst_ratio(constructor *make, int inverted, int wide) {
     static const double eta[] = {0.2, 0.5, 0.8, 1.0, 1.1, 1.33, 1.5, 2.0, 3.0, 5.0};
     double worst = 0.0;
-    int e, i;
-    for (e = wide ? 8 : 0; e < (wide ? 10 : 8); ++e) {
-        for (i = 0; i <= 60; ++i) {
+    for (int e = wide ? 8 : 0; e < (wide ? 10 : 8); ++e) {
+        for (int i = 0; i <= 60; ++i) {
             double p =
                 pow(10.0, -i / (inverted ? 8.5 : 10.0)); // 1 - albedo' to 1e-6, 1 - albedo to 1e-7
             sss_medium m = inverted ? grey(make, fmax(1.0 - p, 1e-4), 1.0, eta[e])
@@ -667,10 +656,8 @@ static double worst_ratio(constructor *make, int inverted, int wide) {
 }
 
 static void test_proposals(void **state) {
-    int i, n, wide;
-    sss_medium media[30];
     (void)state;
-    for (wide = 0; wide < 2; ++wide) {
+    for (int wide = 0; wide < 2; ++wide) {
         double worst[4];
         worst[0] = worst_ratio(sss_dipole, 0, wide);
         worst[1] = worst_ratio(sss_better_dipole, 0, wide);
@@ -679,11 +666,12 @@ static void test_proposals(void **state) {
         print_message(
             "    sup of Rd / (A P), eta %s: %.4f standard, %.4f better, %.4f and %.4f inverted\n",
             wide ? "3 and 5" : "up to 2", worst[0], worst[1], worst[2], worst[3]);
-        for (i = 0; i < 4; ++i)
+        for (int i = 0; i < 4; ++i)
             check_at_most("sup of Rd / (A P)", worst[i], wide ? PROPOSAL_SUP_WIDE : PROPOSAL_SUP);
     }
-    n = all_media(media);
-    for (i = 0; i < n; ++i) {
+    sss_medium media[30];
+    int n = all_media(media);
+    for (int i = 0; i < n; ++i) {
         if (media[i].dipole) continue;
         check_relative("Burley's proposal is its profile", proposal_ratio(&media[i]), 1.0, 1e-6);
         check_relative("its integral", proposal_integral(&media[i]), 1.0, 1e-5);

@@ -20,8 +20,7 @@ static void check_score(const char *what, double z) {
 // Chi-square of counts that are all expected to be n / bins, as a z-score (Wilson and Hilferty).
 static double chi_score(const long *counts, int bins, double n) {
     double sum = 0.0, k = bins - 1.0, expected = n / bins;
-    int i;
-    for (i = 0; i < bins; ++i)
+    for (int i = 0; i < bins; ++i)
         sum += ((double)counts[i] - expected) * ((double)counts[i] - expected) / expected;
     return (cbrt(sum / k) - (1.0 - 2.0 / (9.0 * k))) / sqrt(2.0 / (9.0 * k));
 }
@@ -67,10 +66,9 @@ static void test_ends(void **state) {
 static void test_uniform(void **state) {
     double n = PIXELS * SAMPLES, sum = 0.0, squares = 0.0;
     long counts[256] = {0}, low[256] = {0};
-    uint32_t pixel, sample;
     (void)state;
-    for (pixel = 0; pixel < PIXELS; ++pixel) {
-        for (sample = 0; sample < SAMPLES; ++sample) {
+    for (uint32_t pixel = 0; pixel < PIXELS; ++pixel) {
+        for (uint32_t sample = 0; sample < SAMPLES; ++sample) {
             uint32_t bits = sss_hash(pixel, sample);
             double u = (double)sssi_unit(bits), x = u - 0.5;
             sum += x;
@@ -89,10 +87,9 @@ static void test_uniform(void **state) {
 static void test_neighbours(void **state) {
     pairs pixels = {0, 0, 0, 0, 0, 0}, samples = pixels, swapped = pixels, lines = pixels;
     double limit = 4.0 / sqrt((double)(PIXELS * SAMPLES));
-    uint32_t p, s;
     (void)state;
-    for (p = 0; p < PIXELS; ++p) {
-        for (s = 0; s < SAMPLES; ++s) {
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        for (uint32_t s = 0; s < SAMPLES; ++s) {
             float u = sssi_unit(sss_hash(p, s));
             add_pair(&pixels, u, sssi_unit(sss_hash(p + 1u, s)));
             add_pair(&samples, u, sssi_unit(sss_hash(p, s + 1u)));
@@ -111,21 +108,19 @@ static void test_neighbours(void **state) {
 static void test_avalanche(void **state) {
     enum { TRIES = 20000 };
     static long flips[64][32];
-    uint64_t t;
-    int in, out;
     (void)state;
-    for (t = 0; t < TRIES; ++t) {
+    for (uint64_t t = 0; t < TRIES; ++t) {
         uint32_t a = (uint32_t)(4294967296.0 * st_random(2u * t)),
                  b = (uint32_t)(4294967296.0 * st_random(2u * t + 1u));
         uint32_t h = sss_hash(a, b);
-        for (in = 0; in < 64; ++in) {
+        for (int in = 0; in < 64; ++in) {
             uint32_t d =
                 h ^ (in < 32 ? sss_hash(a ^ (1u << in), b) : sss_hash(a, b ^ (1u << (in - 32))));
-            for (out = 0; out < 32; ++out) flips[in][out] += d >> out & 1u;
+            for (int out = 0; out < 32; ++out) flips[in][out] += d >> out & 1u;
         }
     }
-    for (in = 0; in < 64; ++in)
-        for (out = 0; out < 32; ++out)
+    for (int in = 0; in < 64; ++in)
+        for (int out = 0; out < 32; ++out)
             check_score("avalanche",
                         ((double)flips[in][out] - TRIES / 2.0) / (0.5 * sqrt((double)TRIES)));
 }
@@ -135,40 +130,35 @@ static void test_avalanche(void **state) {
 static void square_of(uint32_t name, uint32_t other) {
     enum { SIDE = 32, SEEDS = 1 << 19 };
     static long counts[SIDE * SIDE];
-    char what[80];
-    uint32_t i;
 
     memset(counts, 0, sizeof counts);
-    for (i = 0; i < SEEDS; ++i) {
+    for (uint32_t i = 0; i < SEEDS; ++i) {
         uint32_t seed = sss_hash(i, 11u);
 
         ++counts[(sss_hash(seed, name) >> 27) * SIDE + (sss_hash(seed, other) >> 27)];
     }
+    char what[80];
     snprintf(what, sizeof what, "names %#x and %#x", (unsigned)name, (unsigned)other);
     check_score(what, chi_score(counts, SIDE * SIDE, SEEDS));
 }
 static void test_names_are_independent(void **state) {
     static const uint32_t bases[] = {0u, (uint32_t)SSSI_CHORD << 10, 0x70000000u};
-    uint32_t a, b;
-    int i;
 
     (void)state;
-    for (i = 0; i < 3; ++i)
-        for (a = 0; a < 8u; ++a)
-            for (b = a + 1u; b < 8u; ++b) square_of(bases[i] + a, bases[i] + b);
-    for (a = 0; a < 16u; ++a) square_of(0x70000000u + a, 0x78000000u + a);
+    for (int i = 0; i < 3; ++i)
+        for (uint32_t a = 0; a < 8u; ++a)
+            for (uint32_t b = a + 1u; b < 8u; ++b) square_of(bases[i] + a, bases[i] + b);
+    for (uint32_t a = 0; a < 16u; ++a) square_of(0x70000000u + a, 0x78000000u + a);
 }
 
 // One of n classes, each as likely, and what is left is uniform again, and knows nothing of the
 // class.
 static void test_classes(void **state) {
-    int n;
     (void)state;
-    for (n = 1; n <= 8; ++n) {
+    for (int n = 1; n <= 8; ++n) {
         long counts[8] = {0}, left[64] = {0};
         pairs p = {0, 0, 0, 0, 0, 0};
-        uint32_t i;
-        for (i = 0; i < 1u << 17; ++i) {
+        for (uint32_t i = 0; i < 1u << 17; ++i) {
             float u = sssi_unit(sss_hash(i, 77u));
             int c = sssi_class(&u, n);
             assert_true(c >= 0 && c < n && u > 0.0f && u < 1.0f);
@@ -194,9 +184,9 @@ static float number(uint32_t seed, sssi_place at, int of) {
 
 // Number k of the n probes of a technique, where there are no others.
 static sssi_place place_in_lattice(int technique, int k, int n) {
-    int first[SSSI_TECHNIQUES + 1], i;
+    int first[SSSI_TECHNIQUES + 1];
 
-    for (i = 0; i <= SSSI_TECHNIQUES; ++i) first[i] = i <= technique ? 0 : n;
+    for (int i = 0; i <= SSSI_TECHNIQUES; ++i) first[i] = i <= technique ? 0 : n;
     return sssi_find_place(first, k);
 }
 static sssi_place independent_place(int j) {
@@ -216,8 +206,9 @@ static float dimension(uint32_t seed, int k, int n, uint32_t dim) {
 }
 
 static int compare_floats(const void *a, const void *b) {
-    float x, y;
+    float x;
     memcpy(&x, a, sizeof x);
+    float y;
     memcpy(&y, b, sizeof y);
     return (x > y) - (x < y);
 }
@@ -225,17 +216,15 @@ static int compare_floats(const void *a, const void *b) {
 // Sorted, number i lies within stratum i. Rounding may push it on the edge: i + u has ulps of n /
 // 2^24.
 static void test_strata(void **state) {
-    uint32_t seed, dim;
-    int n, k;
     (void)state;
-    for (n = 1; n <= 64; ++n) {
-        for (seed = 0; seed < 60u; ++seed) {
-            for (dim = 1; dim <= 9u; ++dim) {
+    for (int n = 1; n <= 64; ++n) {
+        for (uint32_t seed = 0; seed < 60u; ++seed) {
+            for (uint32_t dim = 1; dim <= 9u; ++dim) {
                 float u[64];
                 double edge = n * 1.2e-7;
-                for (k = 0; k < n; ++k) u[k] = dimension(sss_hash(seed, 3u), k, n, dim);
+                for (int k = 0; k < n; ++k) u[k] = dimension(sss_hash(seed, 3u), k, n, dim);
                 qsort(u, (size_t)n, sizeof *u, compare_floats);
-                for (k = 0; k < n; ++k) {
+                for (int k = 0; k < n; ++k) {
                     double x = (double)u[k] * n;
                     if (!(u[k] > 0.0f && u[k] < 1.0f && x >= k - edge && x <= k + 1 + edge))
                         fail_msg("n %d, seed %u, dimension %u: stratum %d holds %.8g", n, seed, dim,
@@ -255,15 +244,15 @@ static int stratum(float u, int n) {
 static void test_strata_are_uniform(void **state) {
     static const int sizes[] = {2, 3, 4, 5, 7, 8, 13, 16, 24, 32, 64};
     enum { SEEDS = 40000 };
-    int i, k, n;
-    uint32_t seed, dim;
+    int n;
+    uint32_t dim;
     (void)state;
-    for (i = 0; i < 11; ++i) {
+    for (int i = 0; i < 11; ++i) {
         n = sizes[i];
-        for (k = 0; k<n; k += n> 16 ? 5 : 1) {
+        for (int k = 0; k<n; k += n> 16 ? 5 : 1) {
             long counts[64] = {0}, inside[32] = {0};
             dim = 1u + (uint32_t)k % 9u;
-            for (seed = 0; seed < SEEDS; ++seed) {
+            for (uint32_t seed = 0; seed < SEEDS; ++seed) {
                 float u = dimension(sss_hash(seed, 9u), k, n, dim);
                 int at = stratum(u, n);
                 ++counts[at];
@@ -280,16 +269,14 @@ static void test_strata_are_uniform(void **state) {
 static void test_dimensions_are_independent(void **state) {
     enum { SEEDS = 20000 };
     static const int sizes[] = {1, 4, 7, 8};
-    uint32_t seed, a, b;
-    int i;
     (void)state;
-    for (i = 0; i < 4; ++i) {
-        for (a = 1; a <= 9u; ++a) {
-            for (b = a + 1u; b <= 9u; ++b) {
+    for (int i = 0; i < 4; ++i) {
+        for (uint32_t a = 1; a <= 9u; ++a) {
+            for (uint32_t b = a + 1u; b <= 9u; ++b) {
                 long counts[64] = {0};
                 pairs p = {0, 0, 0, 0, 0, 0};
                 int n = sizes[i], k = (int)(a + b) % n, bins = n == 1 ? 8 : n;
-                for (seed = 0; seed < SEEDS; ++seed) {
+                for (uint32_t seed = 0; seed < SEEDS; ++seed) {
                     float x = dimension(sss_hash(seed, 5u), k, n, a),
                           y = dimension(sss_hash(seed, 5u), k, n, b);
                     add_pair(&p, x, y);
@@ -304,15 +291,13 @@ static void test_dimensions_are_independent(void **state) {
 
 // Within one lookup, too, the order of one dimension says nothing about that of another.
 static void test_orders_are_independent(void **state) {
-    uint32_t seed, a, b;
     (void)state;
-    for (a = 1; a <= 9u; ++a) {
-        for (b = a + 1u; b <= 9u; ++b) {
+    for (uint32_t a = 1; a <= 9u; ++a) {
+        for (uint32_t b = a + 1u; b <= 9u; ++b) {
             st_stat slope = {0.0, 0.0, 0.0};
-            for (seed = 0; seed < 4000u; ++seed) {
+            for (uint32_t seed = 0; seed < 4000u; ++seed) {
                 double sum = 0.0;
-                int k;
-                for (k = 0; k < 8; ++k) {
+                for (int k = 0; k < 8; ++k) {
                     uint32_t s = sss_hash(seed, 6u);
                     sum += ((double)dimension(s, k, 8, a) - 0.5) *
                            ((double)dimension(s, k, 8, b) - 0.5);
@@ -326,12 +311,11 @@ static void test_orders_are_independent(void **state) {
 
 // Independent probes: one stratum, so every probe of a lookup must be a number of its own.
 static void test_independent_probes(void **state) {
-    uint32_t seed, dim;
     (void)state;
-    for (dim = 1; dim <= 9u; ++dim) {
+    for (uint32_t dim = 1; dim <= 9u; ++dim) {
         long counts[64] = {0};
         pairs next = {0, 0, 0, 0, 0, 0};
-        for (seed = 0; seed < 40000u; ++seed) {
+        for (uint32_t seed = 0; seed < 40000u; ++seed) {
             float x = number(sss_hash(seed, 8u), independent_place(0), dimensions[dim]),
                   y = number(sss_hash(seed, 8u), independent_place(1), dimensions[dim]);
             add_pair(&next, x, y);
@@ -350,27 +334,26 @@ static void pick_against_radius(unsigned technique, int t, int of) {
     const sss_vec3 up = {0.0f, 0.0f, 1.0f}, at = {0.3f, 0.0f, 0.0f}, also = {0.0f, 0.3f, 0.0f};
     pairs first = {0, 0, 0, 0, 0, 0}, last = first;
     sss_medium m;
-    uint32_t seed;
-    int independent, k;
     assert_int_equal(sss_burley(&m, albedo, length), SSS_OK);
-    for (seed = 0; seed < 40000u; ++seed) {
+    int independent;
+    for (uint32_t seed = 0; seed < 40000u; ++seed) {
         sss_plan plan = {2, 1, 0u, 0, 0, 0};
-        sss_resampler s;
-        sss_probe probe;
-        sss_exit exits[SSS_MAX_EXITS];
-        float u[2];
         independent = (int)(seed % 2u);
         plan.techniques = technique;
         plan.independent = independent;
+        sss_resampler s;
         assert_int_equal(sss_begin(&s, &m, &plan, up, up, sss_hash(seed, 4u)), SSS_OK);
-        for (k = 0; k < 2; ++k)
+        float u[2];
+        for (int k = 0; k < 2; ++k)
             u[k] = independent ? number(s.seed, independent_place(k), of)
                                : number(s.seed, place_in_lattice(t, k, 2), of);
+        sss_probe probe;
         while (sss_next_probe(&s, &probe)) {
             sss_vec3 p = s.next == 1 ? at : also;
             p.z = 1.0f;
             sss_add_hit(&s, p, up, 1.0f);
         }
+        sss_exit exits[SSS_MAX_EXITS];
         if (sss_finish(&s, exits) != 1 || s.weighed != 2) continue;
         add_pair(&first, u[0], exits[0].position.y > 0.1f ? 1.0f : 0.0f);
         add_pair(&last, u[1], exits[0].position.y > 0.1f ? 1.0f : 0.0f);

@@ -1,6 +1,7 @@
 #!/bin/bash
-# Command lines that make no sense: each program says so in one line and ends with exit code 2. The table is
-# tests/refusals.txt. Run from the top of the repository after `make all`. SPDX-License-Identifier: MIT
+# Command lines that make no sense: each program says so in one line and ends with exit code 2. The
+# table is tests/refusals.txt. Run from the top of the repository after `make all`.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 export data=$PWD/tests/data

@@ -1,6 +1,6 @@
 #!/bin/bash
-# render does what its --help says: options, files, and the same mean by every method. Run from the top of the
-# repository, after `make all`. SPDX-License-Identifier: MIT
+# render does what its --help says: options, files, and the same mean by every method. Run from the
+# top of the repository, after `make all`. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 render=$build/render
@@ -86,10 +86,11 @@ not_a_picture_is_refused() {
 
 # ---- The mean
 
-# All methods estimate one integral, so the mean over the picture must be the same. Each method renders RUNS
-# pictures with seeds of its own; the spread of their means gives the noise, and z is the difference from the
-# reference over the noise of both. With 2 * RUNS - 2 = 46 degrees of freedom |t| > 5 has the probability 9e-6, so
-# 24 comparisons raise a false alarm in 2.2e-4 of all choices of seeds, and these seeds are fixed.
+# All methods estimate one integral, so the mean over the picture must be the same. Each method
+# renders RUNS pictures with seeds of its own; the spread of their means gives the noise, and z is
+# the difference from the reference over the noise of both. With 2 * RUNS - 2 = 46 degrees of
+# freedom |t| > 5 has the probability 9e-6, so 24 comparisons raise a false alarm in 2.2e-4 of all
+# choices of seeds, and these seeds are fixed.
 RUNS=24
 LIMIT=5
 

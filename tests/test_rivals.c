@@ -60,11 +60,11 @@ static camera_entry entry_at(sss_vec3 position, sss_vec3 normal, int shape) {
 
 /* One value of a table: the row that begins with `key`, its field `column`, counted from 0. */
 static double table(const char *file, const char *key, int column) {
-    char path[256], line[512];
-    FILE *f;
+    char path[256];
     snprintf(path, sizeof path, "%s/%s", DATA_DIR, file);
-    f = fopen(path, "r");
+    FILE *f = fopen(path, "r");
     if (!f) fail_msg("cannot read %s", path);
+    char line[512];
     while (fgets(line, sizeof line, f)) {
         char *field = line;
         if (strncmp(line, key, strlen(key)) != 0) continue;
@@ -88,9 +88,9 @@ static void walk_has_the_exact_total(void **state) {
             {strtod(names[i], NULL), strtod(names[i + 1], NULL), strtod(names[i + 2], NULL)}};
         static const double sigma[3] = {1.0, 0.4, 2.5};
         static const float half[3] = {0.5f, 0.5f, 0.5f}, one[3] = {1.0f, 1.0f, 1.0f};
-        st_stat total[1][3];
         memcpy(m.extinction, sigma, sizeof sigma);
         half_space(&s, half, one);
+        st_stat total[1][3];
         walk_rings(&s, &m, entry_at(scene_vec(0.0f, 0.0f, 0.0f), scene_vec(0.0f, 1.0f, 0.0f), 0),
                    all, 1, total);
         for (int c = 0; c < 3; ++c) {
@@ -109,20 +109,20 @@ static void walk_has_the_searchlight(void **state) {
     static const char *const names[] = {"0.5,1,D", "0.8,1,D", "0.95,1,D"};
     static const double radius[] = {0.01, 0.0316227766, 0.1, 0.316227766, 1.0, 3.16227766, 10.0};
     static scene s;
-    st_stat ring[6][3];
     (void)state;
     half_space(&s, half, one);
+    st_stat ring[6][3];
     walk_rings(&s, &m, entry_at(scene_vec(0.0f, 0.0f, 0.0f), scene_vec(0.0f, 1.0f, 0.0f), 0),
                radius, 6, ring);
     for (int c = 0; c < 3; ++c) {
         for (int k = 0; k < 6; ++k) {
             double energy = 0.0, variance = 0.0;
-            char line[512], key[64];
             FILE *f = fopen(DATA_DIR "/mc_searchlight.csv", "r");
             assert_non_null(f);
+            char line[512];
             while (fgets(line, sizeof line, f)) {
-                double v[5];
                 if (strncmp(line, names[c], strlen(names[c])) != 0) continue;
+                double v[5];
                 if (sscanf(line + strlen(names[c]), ",%lf,%lf,%lf,%lf", &v[0], &v[1], &v[2],
                            &v[3]) != 4)
                     continue;
@@ -131,6 +131,7 @@ static void walk_has_the_searchlight(void **state) {
                 variance += v[3] * v[3];
             }
             fclose(f);
+            char key[64];
             snprintf(key, sizeof key, "%s, r %g..%g", names[c], radius[k], radius[k + 1]);
             check_z(key, ring[k][c].mean, sqrt(st_variance(&ring[k][c]) / ring[k][c].n + variance),
                     energy, 0.0, Z_LIMIT);
@@ -160,7 +161,6 @@ static void walk_goes_through_seams(void **state) {
     static scene whole, parts;
     walk_medium m = walk_from_albedo(albedo, dmfp);
     sss_vec3 none = scene_vec(0.0f, 0.0f, 0.0f);
-    st_stat a[2][3], b[2][3];
     (void)state;
     memset(&whole, 0, sizeof whole);
     memset(&parts, 0, sizeof parts);
@@ -170,9 +170,11 @@ static void walk_goes_through_seams(void **state) {
     scenes_shape(&parts, scene_vec(-0.55f, 0.0f, 0.0f), scene_vec(0.45f, 0.5f, 0.5f), 0.01f, none);
     scenes_shape(&parts, none, scene_vec(0.1f, 0.4f, 0.4f), 0.01f, none); /* buried */
     camera_entry at = entry_at(scene_vec(0.4f, 0.5f, 0.1f), scene_vec(0.0f, 1.0f, 0.0f), 0);
+    st_stat a[2][3];
     walk_rings(&whole, &m, at, radius, 2, a);
     for (int i = 0; i < 2; ++i)
         m.extinction[i] *= 1.0 + 1e-12; /* other walks by their rounding alone */
+    st_stat b[2][3];
     walk_rings(&parts, &m, at, radius, 2, b);
     for (int k = 0; k < 2; ++k)
         for (int c = 0; c < 3; ++c)
@@ -290,10 +292,10 @@ static double pixel_weight(const rivals_tile *tile, int i) {
 static void tile_run(const rivals_world *w, const rivals_tile *tile, const tile_way *m,
                      uint32_t seed, double light[3]) {
     rivals_way way = {.hint = m->hint, .strata = m->strata};
-    rivals_values value;
     rivals_work work = {0, 0};
     light[0] = light[1] = light[2] = 0.0;
     for (int i = 0; i < tile->count; ++i) way.plan[i] = m->plan;
+    rivals_values value;
     for (uint32_t n = 0; n < 16; ++n) {
         if (m->lean) rivals_lean_tile(w, tile, seed, n, value, &work);
         else rivals_header_tile(w, tile, &way, seed, n, value, &work);
@@ -330,7 +332,6 @@ static void tiles_have_the_mean_of_brute_force(void **state) {
         static rivals_world w;
         static rivals_tile tile;
         st_stat brute[3] = {{0.0, 0.0, 0.0}};
-        double light[3];
         memset(&w, 0, sizeof w);
         scenes_optics optics = scenes_make(&w.s, scenes[k]);
         if (k == 2)
@@ -338,6 +339,7 @@ static void tiles_have_the_mean_of_brute_force(void **state) {
         assert_int_equal(sss_burley(&w.s.medium, optics.albedo, optics.dmfp), SSS_OK);
         rivals_place(&w.s, 1u, &tile);
         assert_true(tile.count >= RIVALS_PIXELS / 2);
+        double light[3];
         for (uint32_t n = 0; n < (uint32_t)st_samples(4000); ++n) {
             tile_brute_force(&w, &tile, n, light);
             for (int c = 0; c < 3; ++c) st_add(&brute[c], light[c]);
@@ -361,9 +363,9 @@ static void tiles_have_the_mean_of_brute_force(void **state) {
 /* Four rays inwards: the radius on a sphere, half the thickness of the pane away from its edges. */
 static void radius_is_found(void **state) {
     static scene s;
-    camera_entry at;
     (void)state;
     scenes_make(&s, SCENES_SPHERE);
+    camera_entry at;
     assert_int_equal(camera_sees(&s, 0.5f, 0.5f, &at), 1);
     check_relative("radius of the sphere", (double)rivals_radius(&s, &at), 1.0, 1e-4);
     scenes_make(&s, SCENES_SLAB);

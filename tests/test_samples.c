@@ -23,19 +23,19 @@ static float hint_spot(st_vec y, uint32_t seed, int index) {
 /* As st_lookup, of one sample. */
 static int lookup(const st_fixture *f, const sss_medium *m, const sss_plan *plan, uint32_t seed,
                   uint32_t sample, st_hint *hint, sss_exit *exits) {
-    sss_resampler s;
-    sss_probe probe;
     sss_vec3 x, n;
-    st_hit hits[ST_MAX_HITS];
-    int i, index = 0;
+    int index = 0;
 
     st_entry(f, &x, &n);
+    sss_resampler s;
     if (sss_begin_sample(&s, m, plan, x, n, seed, sample) != SSS_OK) return -1;
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
         int count = st_trace(f, &probe, hits);
 
         /* A walk ends at the nearest hit; the others do no harm. */
-        for (i = 0; i < count; ++i, ++index) {
+        for (int i = 0; i < count; ++i, ++index) {
             float light = hint ? hint(st_local(&f->frame, hits[i].position), seed, index) : 1.0f;
 
             sss_add_hit(&s, hits[i].position, hits[i].normal, light);
@@ -50,9 +50,8 @@ static const float albedo[3] = {0.9f, 0.6f, 0.3f};
 static void make_medium(int coloured, sss_medium *m, st_profile profile[3]) {
     static const float lengths[2][3] = {{1.0f, 1.0f, 1.0f}, {1.0f, 0.2f, 0.04f}};
     float dmfp[3];
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         dmfp[c] = (float)st_burley_s((double)albedo[c]) * lengths[coloured][c];
         profile[c] = st_burley((double)albedo[c], (double)dmfp[c]);
     }
@@ -95,33 +94,32 @@ static st_fixture surface_of(const sample_case *k) {
 /* ---- Sample 0 ---- */
 static void sample_0_is_the_plain_lookup(void **state) {
     long compared = 0, other = 0;
-    uint32_t seed;
-    int k, c, e;
 
     (void)state;
-    for (k = 0; k < CASES; ++k) {
+    for (int k = 0; k < CASES; ++k) {
         st_fixture f = surface_of(&cases[k]);
         st_profile profile[3];
         sss_medium m;
 
         make_medium(cases[k].coloured, &m, profile);
-        for (seed = 0; seed < 200u; ++seed) {
-            sss_exit plain[SSS_MAX_EXITS], first[SSS_MAX_EXITS], next[SSS_MAX_EXITS];
+        for (uint32_t seed = 0; seed < 200u; ++seed) {
+            sss_exit plain[SSS_MAX_EXITS], first[SSS_MAX_EXITS];
             int found = st_lookup(&f, &m, &cases[k].plan, seed, cases[k].hint, plain);
 
             check_equal(cases[k].name,
                         lookup(&f, &m, &cases[k].plan, seed, 0u, cases[k].hint, first), found);
-            for (e = 0; e < found; ++e) {
+            for (int e = 0; e < found; ++e) {
                 assert_memory_equal(&plain[e].position, &first[e].position, sizeof(sss_vec3));
                 assert_memory_equal(&plain[e].normal, &first[e].normal, sizeof(sss_vec3));
                 assert_int_equal(plain[e].hit, first[e].hit);
                 assert_true(sssi_bits(plain[e].mass) == sssi_bits(first[e].mass));
-                for (c = 0; c < 3; ++c)
+                for (int c = 0; c < 3; ++c)
                     assert_true(sssi_bits(plain[e].weight[c]) == sssi_bits(first[e].weight[c]));
                 ++compared;
             }
 
             /* The next sample is another one. */
+            sss_exit next[SSS_MAX_EXITS];
             if (lookup(&f, &m, &cases[k].plan, seed, 1u, cases[k].hint, next) < 1 || found < 1)
                 continue;
             other += memcmp(&next[0].position, &plain[0].position, sizeof(sss_vec3)) != 0;
@@ -140,51 +138,45 @@ typedef struct blocks {
 
 static void find_pixels(const st_fixture *f, const sss_medium *m, const sample_case *k, long count,
                         uint32_t samples, int strata, blocks *out) {
-    int b;
-
     memset(out, 0, sizeof *out);
 #pragma omp parallel for schedule(dynamic)
-    for (b = 0; b < BLOCKS; ++b) {
-        long i;
-
-        for (i = b; i < count; i += BLOCKS) {
+    for (int b = 0; b < BLOCKS; ++b) {
+        for (long i = b; i < count; i += BLOCKS) {
             double sum[3] = {0.0, 0.0, 0.0};
-            uint32_t j, seed = sss_hash(TEST_SEED + (uint32_t)strata, (uint32_t)i);
-            int e, c;
+            uint32_t seed = sss_hash(TEST_SEED + (uint32_t)strata, (uint32_t)i);
 
-            for (j = 0; j < samples; ++j) {
+            for (uint32_t j = 0; j < samples; ++j) {
                 sss_exit exits[SSS_MAX_EXITS];
                 int found = strata ? lookup(f, m, &k->plan, seed, j, k->hint, exits)
                                    : lookup(f, m, &k->plan, sss_hash(seed, j), 0u, k->hint, exits);
 
-                for (e = 0; e < found; ++e) {
+                for (int e = 0; e < found; ++e) {
                     double light = st_light_spot(st_local(&f->frame, exits[e].position));
 
-                    for (c = 0; c < 3; ++c) sum[c] += (double)exits[e].weight[c] * light;
+                    for (int c = 0; c < 3; ++c) sum[c] += (double)exits[e].weight[c] * light;
                 }
             }
-            for (c = 0; c < 3; ++c) st_add(&out->stat[b][c], sum[c] / samples);
+            for (int c = 0; c < 3; ++c) st_add(&out->stat[b][c], sum[c] / samples);
         }
     }
 }
 
 static st_stat all_of(const blocks *p, int c) {
     st_stat sum = {0.0, 0.0, 0.0};
-    int b;
 
-    for (b = 0; b < BLOCKS; ++b) st_merge(&sum, &p->stat[b][c]);
+    for (int b = 0; b < BLOCKS; ++b) st_merge(&sum, &p->stat[b][c]);
     return sum;
 }
 
 /* The sum over the channels of the relative variances: its mean over the blocks, with an error. */
 static st_stat variance_of(const blocks *p) {
     st_stat variance = {0.0, 0.0, 0.0};
-    int b, c;
 
-    for (b = 0; b < BLOCKS; ++b) {
+    for (int b = 0; b < BLOCKS; ++b) {
         double sum = 0.0;
 
-        for (c = 0; c < 3; ++c) sum += st_variance(&p->stat[b][c]) / pow(all_of(p, c).mean, 2.0);
+        for (int c = 0; c < 3; ++c)
+            sum += st_variance(&p->stat[b][c]) / pow(all_of(p, c).mean, 2.0);
         st_add(&variance, sum);
     }
     return variance;
@@ -192,10 +184,9 @@ static st_stat variance_of(const blocks *p) {
 
 static void means_over_samples_are_unbiased(void **state) {
     static blocks strata, seeds;
-    int k, c;
 
     (void)state;
-    for (k = 0; k < CASES; ++k) {
+    for (int k = 0; k < CASES; ++k) {
         st_fixture f = surface_of(&cases[k]);
         int walks = cases[k].plan.techniques == SSS_WALK;
         st_profile profile[3];
@@ -206,7 +197,7 @@ static void means_over_samples_are_unbiased(void **state) {
 
         /* A walk has no closed form here: its samples are compared with its seeds. */
         if (walks) find_pixels(&f, &m, &cases[k], 1536 * factor, 16u, 0, &seeds);
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             st_stat mine = all_of(&strata, c), other = all_of(&seeds, c);
             double truth = walks ? other.mean : st_truth(&f, &profile[c], st_light_spot);
             double error = walks ? hypot(st_error(&mine), st_error(&other)) : st_error(&mine);
@@ -229,23 +220,20 @@ static void samples_are_calmer_than_seeds(void **state) {
         {"sphere, a walk", PLAN(1, 0, SSS_WALK, 0, 0), 0, ST_SPHERE, NULL},
     };
     static blocks strata, seeds;
-    int k;
 
     (void)state;
-    for (k = 0; k < (int)(sizeof calm / sizeof *calm); ++k) {
+    for (int k = 0; k < (int)(sizeof calm / sizeof *calm); ++k) {
         st_fixture f = surface_of(&calm[k]);
         st_profile profile[3];
-        st_stat mine, theirs;
-        double ratio, spread;
         sss_medium m;
 
         make_medium(calm[k].coloured, &m, profile);
         find_pixels(&f, &m, &calm[k], 1536 * factor, 64u, 1, &strata);
         find_pixels(&f, &m, &calm[k], 1536 * factor, 64u, 0, &seeds);
-        mine = variance_of(&strata);
-        theirs = variance_of(&seeds);
-        ratio = mine.mean / theirs.mean;
-        spread = ratio * hypot(st_error(&mine) / mine.mean, st_error(&theirs) / theirs.mean);
+        st_stat mine = variance_of(&strata);
+        st_stat theirs = variance_of(&seeds);
+        double ratio = mine.mean / theirs.mean;
+        double spread = ratio * hypot(st_error(&mine) / mine.mean, st_error(&theirs) / theirs.mean);
         print_message("    %s: 64 samples have %.2f +- %.2f of the variance of 64 seeds; the error "
                       "is %.0f %% less\n",
                       calm[k].name, ratio, spread, 100.0 * (1.0 - sqrt(ratio)));

@@ -82,9 +82,9 @@ static void place_entry(group *g, int i, double u, double v) {
 }
 
 static void place_entries(group *g, double step) {
-    int i, side = g->count > 8 ? 8 : g->count;
+    int side = g->count > 8 ? 8 : g->count;
 
-    for (i = 0; i < g->count; ++i) {
+    for (int i = 0; i < g->count; ++i) {
         double u = step * (i % side - 0.5 * (side - 1) + 0.3 * st_signed(900u + (uint64_t)i));
         double v = step * (i / side - 0.5 * ((g->count - 1) / side));
 
@@ -101,10 +101,8 @@ enum { BURLEY, DIPOLE, BETTER };
 
 static void make_medium(group *g, int i, int type, const float albedo[3], const float length[3]) {
     float dmfp[3];
-    int c;
-    sss_result result;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         double a = (double)albedo[c];
 
         dmfp[c] = type == BURLEY ? (float)st_burley_s(a) * length[c] : 0.8f * length[c];
@@ -115,6 +113,7 @@ static void make_medium(group *g, int i, int type, const float albedo[3], const 
                                           : st_dipole_from_albedo(a, (double)dmfp[c], (double)1.3f,
                                                                   type == BETTER);
     }
+    sss_result result;
     if (type == BURLEY) result = sss_burley(&g->medium[i], albedo, dmfp);
     else if (type == DIPOLE) result = sss_dipole_from_albedo(&g->medium[i], albedo, dmfp, 1.3f);
     else result = sss_better_dipole_from_albedo(&g->medium[i], albedo, dmfp, 1.3f);
@@ -123,9 +122,8 @@ static void make_medium(group *g, int i, int type, const float albedo[3], const 
 
 static void make_own_medium(group *g, int i, int mixed) {
     float albedo[3], length[3];
-    int c;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         albedo[c] = 0.2f + 0.7f * (float)st_random(17u + (uint64_t)(3 * i + c));
         length[c] = 0.1f + 0.9f * (float)st_random(1017u + (uint64_t)(3 * i + c));
     }
@@ -139,9 +137,8 @@ static void make_own_medium(group *g, int i, int mixed) {
 static void make_media(group *g, int type) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, grey[3] = {1.0f, 1.0f, 1.0f};
     static const float coloured[3] = {1.0f, 0.2f, 0.04f}, lambert[3] = {1.0f, 0.0f, 0.3f};
-    int i;
 
-    for (i = 0; i < g->count; ++i) {
+    for (int i = 0; i < g->count; ++i) {
         if (g->media == GREY) make_medium(g, i, type, albedo, grey);
         if (g->media == COLOURED) make_medium(g, i, type, albedo, coloured);
         if (g->media == PARTLY_LAMBERT) make_medium(g, i, type, albedo, lambert);
@@ -166,17 +163,17 @@ static float hint_of(const group *g, st_light *light, st_vec y, int member, uint
 static int lookup(const group *g, const sss_plan *plan, st_light *light, int member, uint32_t seed,
                   sss_exit *exits) {
     sss_resampler s;
-    sss_probe probe;
-    st_hit hits[ST_MAX_HITS];
     int index = 0;
 
     if (sss_begin(&s, g->entry[member].medium, plan, g->entry[member].position, g->normal[member],
                   seed) != SSS_OK)
         return -1;
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
-        int i, count = st_trace(&g->surface, &probe, hits);
+        int count = st_trace(&g->surface, &probe, hits);
 
-        for (i = 0; i < count; ++i, ++index) {
+        for (int i = 0; i < count; ++i, ++index) {
             st_vec y = st_local(&g->surface.frame, hits[i].position);
 
             sss_add_hit(&s, hits[i].position, hits[i].normal,
@@ -228,9 +225,9 @@ static double profile_of(const st_profile *p, double r) {
 /* g_j of equation [8]: the mean of the live channels' unit profiles. */
 static double target_of(const group *g, int i, double r) {
     double sum = 0.0;
-    int c, live = 0;
+    int live = 0;
 
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         if (g->profile[i][c].albedo == 0.0) continue;
         sum += profile_of(&g->profile[i][c], r) / g->profile[i][c].albedo;
         ++live;
@@ -238,9 +235,9 @@ static double target_of(const group *g, int i, double r) {
     return live ? sum / live : 0.0;
 }
 static int live_of(const group *g, int i) {
-    int c, live = 0;
+    int live = 0;
 
-    for (c = 0; c < 3; ++c) live += g->profile[i][c].albedo > 0.0;
+    for (int c = 0; c < 3; ++c) live += g->profile[i][c].albedo > 0.0;
     return live;
 }
 static double distance(const group *g, int i, const sss_exit *exit) {
@@ -257,13 +254,11 @@ static int is_wide(const group *g, int i, int c) {
 /* How far the header may be off: its profiles' stated errors, twice, and the rounding of a few
    operations. 70 e-foldings away its profiles end. */
 static double tolerance_of(const group *g, const sss_exit *exit, double *folds) {
-    int i, c;
-
     *folds = 0.0;
-    for (i = 0; i < g->count; ++i) {
+    for (int i = 0; i < g->count; ++i) {
         double r = distance(g, i, exit);
 
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             const st_profile *p = &g->profile[i][c];
 
             if (p->albedo == 0.0) continue;
@@ -282,15 +277,14 @@ typedef struct violations {
 static void check_share(const group *g, const sss_exit *exit, int own, float (*weight)[3],
                         violations *v) {
     double sum = 0.0, folds, tolerance = tolerance_of(g, exit, &folds);
-    int i, c;
 
-    for (i = 0; i < g->count; ++i) sum += target_of(g, i, distance(g, i, exit));
-    for (i = 0; i < g->count; ++i) {
+    for (int i = 0; i < g->count; ++i) sum += target_of(g, i, distance(g, i, exit));
+    for (int i = 0; i < g->count; ++i) {
         double r = distance(g, i, exit);
 
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             const st_profile *p = &g->profile[i][c];
-            double w = (double)weight[i][c], expected, error;
+            double w = (double)weight[i][c];
 
             if (!(exit->mass > 0.0f && is_wide(g, i, c))) {
                 double kept = i == own ? (double)exit->weight[c] : 0.0;
@@ -300,8 +294,8 @@ static void check_share(const group *g, const sss_exit *exit, int own, float (*w
             }
             v->above += !(w <= p->albedo * live_of(g, i) * (double)exit->mass * 1.000001);
             if (folds > 65.0) continue;
-            expected = profile_of(p, r) / sum * (double)exit->mass;
-            error = fabs(w - expected) / fmax(expected, 1e-30);
+            double expected = profile_of(p, r) / sum * (double)exit->mass;
+            double error = fabs(w - expected) / fmax(expected, 1e-30);
             v->checked += 1;
             v->wrong += !(error <= tolerance);
             v->worst = fmax(v->worst, error / tolerance);
@@ -393,37 +387,37 @@ typedef struct pass_sums {
 
 static void run_pass(const share_case *k, const group *g, long pass, pass_sums *sums) {
     double sum[WATCHED][3];
-    float weight[MOST][3];
-    int i, e, w, c, shown = g->count < WATCHED ? g->count : WATCHED;
+    int shown = g->count < WATCHED ? g->count : WATCHED;
 
     memset(sum, 0, sizeof sum);
-    for (i = 0; i < g->count; ++i) {
+    float weight[MOST][3];
+    for (int i = 0; i < g->count; ++i) {
         sss_exit exits[SSS_MAX_EXITS];
         int found = lookup(g, &k->plan, k->light, i, seed_of(pass, i), exits);
 
         sums->missed += found == 0 && live_of(g, i) > 0;
-        for (e = 0; e < found; ++e) {
+        for (int e = 0; e < found; ++e) {
             double light = k->light(st_local(&g->surface.frame, exits[e].position));
 
             sss_share(&exits[e], g->entry, g->count, i, g->spacing, weight);
             if (pass < 8) check_share(g, &exits[e], i, weight, &sums->seen);
-            for (w = 0; w < shown; ++w)
-                for (c = 0; c < 3; ++c) sum[w][c] += (double)weight[watched(g, w)][c] * light;
+            for (int w = 0; w < shown; ++w)
+                for (int c = 0; c < 3; ++c) sum[w][c] += (double)weight[watched(g, w)][c] * light;
         }
     }
-    for (w = 0; w < shown; ++w)
-        for (c = 0; c < 3; ++c) st_add(&sums->stat[w][c], sum[w][c]);
+    for (int w = 0; w < shown; ++w)
+        for (int c = 0; c < 3; ++c) st_add(&sums->stat[w][c], sum[w][c]);
 }
 
 static void compare_means(const share_case *k, const group *g, const pass_sums *all) {
-    int w, c, shown = g->count < WATCHED ? g->count : WATCHED;
+    int shown = g->count < WATCHED ? g->count : WATCHED;
     double truth[WATCHED][3];
 
 #pragma omp parallel for schedule(dynamic)
-    for (w = 0; w < shown * 3; ++w)
+    for (int w = 0; w < shown * 3; ++w)
         truth[w / 3][w % 3] = truth_of(g, k->light, watched(g, w / 3), w % 3);
-    for (w = 0; w < shown; ++w) {
-        for (c = 0; c < 3; ++c) {
+    for (int w = 0; w < shown; ++w) {
+        for (int c = 0; c < 3; ++c) {
             char name[160];
             const st_stat *s = &all->stat[w][c];
 
@@ -439,27 +433,24 @@ static void every_entry_has_its_integral(void **state) {
     static pass_sums part[BLOCKS];
     violations all = {0, 0, 0, 0, 0.0};
     long missed = 0;
-    int k, b, w, c;
 
     (void)state;
-    for (k = 0; k < CASES; ++k) {
+    for (int k = 0; k < CASES; ++k) {
         long passes = lookups / cases[k].count / BLOCKS;
 
         if (passes > lookups / 400) passes = lookups / 400; /* small groups */
         make_group(&cases[k], k % 2 ? st_moved() : st_stay(), &g);
         memset(part, 0, sizeof part);
 #pragma omp parallel for schedule(dynamic)
-        for (b = 0; b < BLOCKS; ++b) {
-            long pass;
-
-            for (pass = 0; pass < passes; ++pass)
+        for (int b = 0; b < BLOCKS; ++b) {
+            for (long pass = 0; pass < passes; ++pass)
                 run_pass(&cases[k], &g, b + BLOCKS * pass, &part[b]);
         }
-        for (b = 1; b < BLOCKS; ++b) {
-            for (w = 0; w < WATCHED; ++w)
-                for (c = 0; c < 3; ++c) st_merge(&part[0].stat[w][c], &part[b].stat[w][c]);
+        for (int b = 1; b < BLOCKS; ++b) {
+            for (int w = 0; w < WATCHED; ++w)
+                for (int c = 0; c < 3; ++c) st_merge(&part[0].stat[w][c], &part[b].stat[w][c]);
         }
-        for (b = 0; b < BLOCKS; ++b) {
+        for (int b = 0; b < BLOCKS; ++b) {
             const violations *v = &part[b].seen;
 
             all.checked += v->checked;
@@ -481,19 +472,19 @@ static void every_entry_has_its_integral(void **state) {
 /* ---- Mass: the sum of light g / Lambda over the hits, over the light of the one that is held.
    Lambda comes from sss_intensity, g from double precision. ---- */
 static double mass_of(const group *g, const share_case *k, int member, uint32_t seed) {
-    double sum = 0.0, light[16 * ST_MAX_HITS], error;
+    double sum = 0.0;
     sss_resampler s;
-    sss_probe probe;
-    sss_exit exit;
-    st_hit hits[ST_MAX_HITS];
-    int i, index = 0;
+    int index = 0;
 
     sss_begin(&s, g->entry[member].medium, &k->plan, g->entry[member].position, g->normal[member],
               seed);
+    double light[16 * ST_MAX_HITS];
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
         int count = st_trace(&g->surface, &probe, hits);
 
-        for (i = 0; i < count; ++i, ++index) {
+        for (int i = 0; i < count; ++i, ++index) {
             st_vec local = st_local(&g->surface.frame, hits[i].position);
             sss_vec3 y = hits[i].position;
             float hint = hint_of(g, k->light, local, member, seed, index);
@@ -505,11 +496,12 @@ static double mass_of(const group *g, const share_case *k, int member, uint32_t 
             sss_add_hit(&s, y, hits[i].normal, hint);
         }
     }
+    sss_exit exit;
     check_equal("exits", sss_finish(&s, &exit), sum > 0.0);
     if (!(sum > 0.0)) return -1.0;
     check_at_least("number of the hit", exit.hit, 0.0);
     check_at_most("number of the hit", exit.hit, index - 1);
-    error = fabs((double)exit.mass * light[exit.hit] / sum - 1.0);
+    double error = fabs((double)exit.mass * light[exit.hit] / sum - 1.0);
 
     /* Ten times what the profile of theory and that of the intensity may be off together. */
     check_at_most(k->name, error, 2e-5);
@@ -520,17 +512,16 @@ static void mass_is_what_the_reservoir_holds(void **state) {
     static group g;
     double worst = 0.0;
     long checked = 0;
-    int k, i;
 
     (void)state;
-    for (k = 0; k < CASES; ++k) {
+    for (int k = 0; k < CASES; ++k) {
         const share_case *one = &cases[k];
 
         /* Other tests look at several reservoirs; Lambert channels add to the mass. */
         if (one->plan.per_channel || one->plan.exits > 1) continue;
         if (one->media == PARTLY_LAMBERT || one->media == OWN_MIXED) continue;
         make_group(one, st_stay(), &g);
-        for (i = 0; i < 200; ++i) {
+        for (int i = 0; i < 200; ++i) {
             double error = mass_of(&g, one, i % g.count, seed_of(i, 77));
 
             worst = fmax(worst, error);
@@ -563,25 +554,23 @@ static int scaled_lookup(int type, int k, int plan_number, uint32_t seed, sss_me
     static const sss_plan plans[] = {PLAN(0, 0, 0u, 0), PLAN(8, 0, 0u, 1), PLAN(13, 4, 0u, 0),
                                      PLAN(3, 1, SSS_CHORD, 0)};
     st_fixture plane = st_standard(ST_SLAB, st_stay());
-    sss_vec3 x, n;
-    sss_resampler s;
-    sss_probe probe;
-    st_hit hits[ST_MAX_HITS];
-    int i, index = 0;
+    int index = 0;
 
     scaled_medium(type, k, m);
+    sss_vec3 x, n;
     st_entry(&plane, &x, &n);
     x.x = 0.75f;
     entry->position = st_scaled(x, k);
     entry->medium = m;
+    sss_resampler s;
     assert_int_equal(sss_begin(&s, m, &plans[plan_number], entry->position, n, seed), SSS_OK);
+    sss_probe probe;
+    st_hit hits[ST_MAX_HITS];
     while (sss_next_probe(&s, &probe)) {
-        int count;
-
         probe.origin = st_scaled(probe.origin, -k);
         probe.length = ldexpf(probe.length, -k);
-        count = st_trace(&plane, &probe, hits);
-        for (i = 0; i < count; ++i, ++index)
+        int count = st_trace(&plane, &probe, hits);
+        for (int i = 0; i < count; ++i, ++index)
             sss_add_hit(&s, st_scaled(hits[i].position, k), hits[i].normal,
                         (float)(0.5 + st_noise(seed, index)));
     }
@@ -598,31 +587,30 @@ static int is_faint(const sss_medium *m, int c, const sss_entry *entry, const ss
 static void one_entry_alone_gets_its_own_weight(void **state) {
     static const int scales[] = {0, -33, -20, 3, 21, 33};
     long compared = 0, faint = 0;
-    uint32_t seed;
-    int type, k, plan, e, c;
 
     (void)state;
-    for (type = 0; type < 4; ++type) {
-        for (plan = 0; plan < 4; ++plan) {
-            for (seed = 0; seed < 300u; ++seed) {
+    for (int type = 0; type < 4; ++type) {
+        for (int plan = 0; plan < 4; ++plan) {
+            for (uint32_t seed = 0; seed < 300u; ++seed) {
                 sss_exit first[SSS_MAX_EXITS], exits[SSS_MAX_EXITS];
                 sss_medium m;
                 sss_entry entry;
                 int found = scaled_lookup(type, 0, plan, seed, &m, &entry, first);
 
-                for (k = 0; k < 6; ++k) {
+                for (int k = 0; k < 6; ++k) {
                     check_equal("exits at another scale",
                                 scaled_lookup(type, scales[k], plan, seed, &m, &entry, exits),
                                 found);
-                    for (e = 0; e < found; ++e) {
-                        float weight[1][3], half[3];
+                    for (int e = 0; e < found; ++e) {
+                        float weight[1][3];
                         float density = sss_share_density(&m, entry.position, &exits[e]);
 
                         sss_share(&exits[e], &entry, 1, 0, 0.0f, weight);
+                        float half[3];
                         sss_share_weight(&m, entry.position, &exits[e], density, half);
                         assert_true(same_bits(exits[e].mass, first[e].mass));
                         assert_int_equal(exits[e].hit, first[e].hit);
-                        for (c = 0; c < 3; ++c) {
+                        for (int c = 0; c < 3; ++c) {
                             assert_true(same_bits(first[e].weight[c], exits[e].weight[c]));
                             assert_true(same_bits(half[c], weight[0][c]));
                             if (is_faint(&m, c, &entry, &exits[e])) {
@@ -650,30 +638,30 @@ static void halves_give_the_bits_of_the_whole(void **state) {
     static group g;
     static sss_entry backwards[MOST];
     long compared = 0;
-    int k, i, e, c;
 
     (void)state;
-    for (k = 0; k < CASES; ++k) {
+    for (int k = 0; k < CASES; ++k) {
         make_group(&cases[k], st_moved(), &g);
-        for (i = 0; i < g.count; ++i) {
+        for (int i = 0; i < g.count; ++i) {
             sss_exit exits[SSS_MAX_EXITS];
             int found = lookup(&g, &cases[k].plan, cases[k].light, i, seed_of(k, i), exits);
 
-            for (e = 0; e < found; ++e) {
-                float whole[MOST][3], other[MOST][3], sum = 0.0f;
-                int j, kept;
+            for (int e = 0; e < found; ++e) {
+                float whole[MOST][3], sum = 0.0f;
 
                 sss_share(&exits[e], g.entry, g.count, i, g.spacing, whole);
-                for (j = 0; j < g.count; ++j) {
+                for (int j = 0; j < g.count; ++j) {
                     backwards[g.count - 1 - j] = g.entry[j];
                     sum += sss_share_density(g.entry[j].medium, g.entry[j].position, &exits[e]);
                 }
+                float other[MOST][3];
                 sss_share(&exits[e], backwards, g.count, g.count - 1 - i, g.spacing, other);
-                for (j = 0; j < g.count; ++j) {
+                int kept;
+                for (int j = 0; j < g.count; ++j) {
                     float half[3];
 
                     sss_share_weight(g.entry[j].medium, g.entry[j].position, &exits[e], sum, half);
-                    for (c = 0; c < 3; ++c) {
+                    for (int c = 0; c < 3; ++c) {
                         float back = other[g.count - 1 - j][c];
 
                         kept = !(exits[e].mass > 0.0f) ||
@@ -700,26 +688,25 @@ static void narrow_channels_keep_to_themselves(void **state) {
     static const float albedo[3] = {0.8f, 0.7f, 0.6f}, wide[3] = {2.0f, 2.0f, 2.0f},
                        narrow[3] = {2.0f, 0.1f, 2.0f}, origin[3] = {0.0f, 0.5f, 0.0f};
     static group g;
-    sss_exit exit;
-    float weight[2][3];
-    int own, c;
 
     (void)state;
     memset(&g, 0, sizeof g);
     g.count = 2;
     make_medium(&g, 0, BURLEY, albedo, wide);
     make_medium(&g, 1, BURLEY, albedo, narrow);
-    for (c = 0; c < 2; ++c) {
+    for (int c = 0; c < 2; ++c) {
         g.entry[c].position.x = origin[c];
         g.entry[c].medium = &g.medium[c];
     }
+    sss_exit exit;
     memset(&exit, 0, sizeof exit);
     exit.position.y = 0.1f;
     exit.mass = 1.25f;
-    for (c = 0; c < 3; ++c) exit.weight[c] = 0.5f + (float)c;
-    for (own = 0; own < 2; ++own) {
+    for (int c = 0; c < 3; ++c) exit.weight[c] = 0.5f + (float)c;
+    float weight[2][3];
+    for (int own = 0; own < 2; ++own) {
         sss_share(&exit, g.entry, 2, own, 0.5f, weight);
-        for (c = 0; c < 3; ++c) check_at_least("a wide entry", (double)weight[0][c], 1e-3);
+        for (int c = 0; c < 3; ++c) check_at_least("a wide entry", (double)weight[0][c], 1e-3);
         check_near("a narrow channel", (double)weight[1][1], own ? (double)exit.weight[1] : 0.0,
                    0.0);
         check_at_least("a wide channel beside it", (double)weight[1][0], 1e-3);
@@ -741,29 +728,27 @@ static void walks_and_lambert_serve_themselves(void **state) {
     st_fixture ball = st_standard(ST_SPHERE, st_stay());
     sss_medium media[2];
     long walks = 0, entries = 0;
-    uint32_t seed;
-    int t, m, i, e, c;
 
     (void)state;
     assert_int_equal(sss_burley_mfp(&media[0], albedo, mfp), SSS_OK);
     assert_int_equal(sss_burley(&media[1], albedo, lambert), SSS_OK);
-    for (t = 0; t < 3; ++t) {
-        for (m = 0; m < 2; ++m) {
-            for (seed = 0; seed < 400u; ++seed) {
+    for (int t = 0; t < 3; ++t) {
+        for (int m = 0; m < 2; ++m) {
+            for (uint32_t seed = 0; seed < 400u; ++seed) {
                 sss_plan plan = PLAN(2, 0, techniques[t], (int)seed % 2);
                 sss_exit exits[SSS_MAX_EXITS];
                 sss_entry crowd[3];
-                float weight[3][3];
                 int found = st_lookup(&ball, &media[m], &plan, seed, NULL, exits);
 
-                for (i = 0; i < 3; ++i) {
+                for (int i = 0; i < 3; ++i) {
                     sss_vec3 n;
 
                     st_entry(&ball, &crowd[i].position, &n);
                     crowd[i].position.x += 0.01f * (float)(i - 1);
                     crowd[i].medium = &media[m];
                 }
-                for (e = 0; e < found; ++e) {
+                float weight[3][3];
+                for (int e = 0; e < found; ++e) {
                     int own = (int)(seed % 3u);
                     int alone = techniques[t] == SSS_WALK || exits[e].hit == -1;
 
@@ -772,8 +757,8 @@ static void walks_and_lambert_serve_themselves(void **state) {
                     if (!alone) continue;
                     check_near("mass", (double)exits[e].mass, 0.0, 0.0);
                     sss_share(&exits[e], crowd, 3, own, 0.0f, weight);
-                    for (i = 0; i < 3; ++i) {
-                        for (c = 0; c < 3; ++c)
+                    for (int i = 0; i < 3; ++i) {
+                        for (int c = 0; c < 3; ++c)
                             assert_true(
                                 same_bits(weight[i][c], i == own ? exits[e].weight[c] : 0.0f));
                     }
@@ -789,23 +774,23 @@ static void walks_and_lambert_serve_themselves(void **state) {
 static void check_hostile(const sss_exit *exit, const sss_entry *crowd, int count, int own,
                           float spacing) {
     float weight[10][3], sum = 0.0f;
-    int i, c;
 
-    for (i = 0; i < 10; ++i)
-        for (c = 0; c < 3; ++c) weight[i][c] = -7.0f;
+    for (int i = 0; i < 10; ++i)
+        for (int c = 0; c < 3; ++c) weight[i][c] = -7.0f;
     sss_share(exit, crowd, count, own, spacing, weight);
-    for (i = 0; i < 10; ++i) {
-        for (c = 0; c < 3; ++c) {
+    for (int i = 0; i < 10; ++i) {
+        for (int c = 0; c < 3; ++c) {
             float w = weight[i][c];
 
             if (i >= count) assert_true(w == -7.0f);
             else if (!(w >= 0.0f && w <= FLT_MAX)) fail_msg("weight %g of entry %d", (double)w, i);
         }
     }
-    for (i = 0; i < count; ++i) sum += sss_share_density(crowd[i].medium, crowd[i].position, exit);
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i)
+        sum += sss_share_density(crowd[i].medium, crowd[i].position, exit);
+    for (int i = 0; i < count; ++i) {
         sss_share_weight(crowd[i].medium, crowd[i].position, exit, sum, weight[0]);
-        for (c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c) {
             if (!(weight[0][c] >= 0.0f && weight[0][c] <= FLT_MAX))
                 fail_msg("weight %g of entry %d by halves", (double)weight[0][c], i);
         }
@@ -820,24 +805,24 @@ static void hostile_arguments_make_no_nan(void **state) {
     static const int counts[] = {0, 1, 2, 9}, owns[] = {0, -1, 9, 1000000, -2147483647 - 1};
     sss_medium media[4];
     long calls = 0;
-    int b, k, m;
 
     (void)state;
     sss_burley(&media[0], albedo, one);
     sss_dipole_from_albedo(&media[1], albedo, one, 1.3f);
     sss_better_dipole_from_albedo(&media[2], albedo, one, 1.3f);
     assert_int_equal(sss_burley(&media[3], one, bad), SSS_BAD_LENGTH); /* black */
-    for (b = 0; b < 8; ++b) {
-        for (k = 0; k < 4 * 5 * 5 * 6 * 4; ++k) {
+    int m;
+    for (int b = 0; b < 8; ++b) {
+        for (int k = 0; k < 4 * 5 * 5 * 6 * 4; ++k) {
             sss_exit exit;
-            sss_entry crowd[9];
-            int i, count = counts[k % 4], own = owns[k / 4 % 5];
+            int count = counts[k % 4], own = owns[k / 4 % 5];
 
             memset(&exit, 0, sizeof exit);
             exit.weight[0] = exit.weight[1] = exit.weight[2] = 0.5f;
             exit.mass = masses[k / 100 % 6];
             if (k % 3 == 0) exit.position.x = bad[b];
-            for (i = 0; i < 9; ++i) {
+            sss_entry crowd[9];
+            for (int i = 0; i < 9; ++i) {
                 m = k / 600 == 3 ? i % 4 : k / 600;
                 crowd[i].medium = &media[m];
                 crowd[i].position.x = 0.1f * (float)i;

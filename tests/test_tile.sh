@@ -1,7 +1,8 @@
 #!/bin/bash
 # tile --quick prints both tables. What is sure of its figures: grey media have one exit whatever
-# per_channel says, a medium that no rule shares has the variance of its own lookups, and sharing pays
-# where a length is many pixels. Run from the top of the repository. SPDX-License-Identifier: MIT
+# per_channel says, a medium that no rule shares has the variance of its own lookups, and sharing
+# pays where a length is many pixels. Run from the top of the repository. SPDX-License-Identifier:
+# MIT
 set -u
 . tests/check.sh
 tile=$build/tile

@@ -117,7 +117,6 @@ static void shared_pictures_have_the_mean_of_brute_force(void **state) {
     (void)state;
     for (unsigned k = 0; k < sizeof plans / sizeof *plans; ++k) {
         static const int scenes[] = {SCENES_NEEDLES, SCENES_CORNER, SCENES_SLAB, SCENES_BEAR};
-        char name[80];
         tracer_settings settings;
         memset(&settings, 0, sizeof settings);
         settings.width = settings.height = SIDE;
@@ -138,6 +137,7 @@ static void shared_pictures_have_the_mean_of_brute_force(void **state) {
         settings.plan.per_channel = plans[k].per_channel;
         settings.plan.candidates = plans[k].candidates;
         add_pictures(&s, settings, 2 * k + 1, shared);
+        char name[80];
         snprintf(name, sizeof name, "%s, tiles of %d", scenes_known[scenes[k]].name, plans[k].tile);
         compare_means(name, shared, truth);
     }
@@ -160,8 +160,8 @@ static void narrow_media_stay_with_their_lookups(void **state) {
         for (int number = 0; number < 36; ++number) {
             static tracer_tile tile;
             sss_vec3 radiance[TRACER_TILE_PIXELS];
-            int x, y;
             tracer_tile_sample(&s, settings, number % 6, number / 6, 3, &tile, radiance);
+            int x, y;
             for (int i = 0; i < TRACER_TILE_PIXELS; ++i) {
                 if (!tracer_tile_pixel(settings, 3, number % 6, number / 6, i, &x, &y)) continue;
                 sss_vec3 own = tracer_sample(&s, settings, x, y, 3).radiance;
@@ -183,11 +183,11 @@ static void walks_leave_where_probes_cross(void **state) {
     for (int which = 0; which < SCENES; ++which) {
         scene s = load(which, 0);
         for (uint64_t i = 0; i < 40000; ++i) {
-            sss_vec3 o, d = {(float)st_signed(8 * i + 3), (float)st_signed(8 * i + 4),
-                             (float)st_signed(8 * i + 5)};
+            sss_vec3 d = {(float)st_signed(8 * i + 3), (float)st_signed(8 * i + 4),
+                          (float)st_signed(8 * i + 5)};
             float length = 2.0f * (float)st_random(8 * i + 6);
-            o = scene_vec(1.2f * (float)st_signed(8 * i), 1.0f + (float)st_signed(8 * i + 1),
-                          (float)st_signed(8 * i + 2));
+            sss_vec3 o = scene_vec(1.2f * (float)st_signed(8 * i),
+                                   1.0f + (float)st_signed(8 * i + 1), (float)st_signed(8 * i + 2));
             d = scene_normalize(d);
             if (!scene_inside_another(&s, o, -1)) continue;
             ++inside;

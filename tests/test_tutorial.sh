@@ -1,6 +1,7 @@
 #!/bin/bash
-# The tutorial holds what it says: every printed command runs, every figure, listing and quoted number is what comes
-# out. Make has run the commands that compile. Run from the top of the repository. SPDX-License-Identifier: MIT
+# The tutorial holds what it says: every printed command runs, every figure, listing and quoted
+# number is what comes out. Make has run the commands that compile. Run from the top of the
+# repository. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 . tutorial/chapters.sh
@@ -10,10 +11,11 @@ mkdir -p build/tutorial
 slugs=$(chapters)
 strict="-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
 
-# ---- The programs. Two at a time; what they print is kept in $work/SLUG.output, how they ended in $work/SLUG.status.
+# ---- The programs. Two at a time; what they print is kept in $work/SLUG.output, how they ended in
+# $work/SLUG.status.
 
-# run_chapter SLUG EDIT: the commands of the chapter, in a folder of its own, edited by sed for other compilers and
-# options.
+# run_chapter SLUG EDIT: the commands of the chapter, in a folder of its own, edited by sed for
+# other compilers and options.
 run_chapter() {
     rm -f "build/tutorial/$1.png"
     block 1 "tutorial/$1/README.md" | sed "s|build/|build/tutorial/|g; $2" >"$work/$1.commands"
@@ -31,9 +33,10 @@ run_all() {
 
 ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")" = 0 ]; }
 
-# All decisions that random numbers make are in double precision, where another libm's last bit turns one in 1e16 of
-# them, or are the header's, which has its own functions: chapters make some 1e8. What is left is the curve of the
-# screen: another libm's pow moves a byte by 1, and fewer than 255 times 1e-6 of them.
+# All decisions that random numbers make are in double precision, where another libm's last bit
+# turns one in 1e16 of them, or are the header's, which has its own functions: chapters make some
+# 1e8. What is left is the curve of the screen: another libm's pow moves a byte by 1, and fewer than
+# 255 times 1e-6 of them.
 same_figure() {
     local differ worst
     read -r differ worst < <("$pixels" bytes "build/tutorial/$1.png" "tutorial/$1/figure.png") || return 1
@@ -98,7 +101,8 @@ in_order() {
         before=$slug
     done
 }
-# Equations are numbered through all chapters, in order of appearance, and a text refers to none that comes later.
+# Equations are numbered through all chapters, in order of appearance, and a text refers to none
+# that comes later.
 equations_in_order() {
     local slug
     for slug in $slugs; do cat "tutorial/$slug/README.md"; done | awk '
@@ -130,7 +134,8 @@ links_lead_somewhere() {
     done
     return $bad
 }
-# Markdown takes the backslash away from a sign that follows it, so formulas within a line must do without.
+# Markdown takes the backslash away from a sign that follows it, so formulas within a line must do
+# without.
 plain_formulas() { ! grep -n '\$[^$`]*\\[^a-zA-Z $][^$]*\$' tutorial/*/README.md; }
 
 check "the folders are those of the table of contents" folders_are_listed

@@ -1,7 +1,8 @@
 #!/bin/bash
-# exit_points and noise: pictures without a display, and real windows on a display of this test's own, driven by keys
-# and mouse. In the long run the programs are built here with AddressSanitizer, which looks for leaks when they end. Run
-# from the top of the repository after `make all`. SPDX-License-Identifier: MIT
+# exit_points and noise: pictures without a display, and real windows on a display of this test's
+# own, driven by keys and mouse. In the long run the programs are built here with AddressSanitizer,
+# which looks for leaks when they end. Run from the top of the repository after `make all`.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 pixels=$build/tools/pixels
@@ -10,7 +11,8 @@ programs=$build # where those are that are looked at: later the ones with Addres
 
 # ---- The programs with AddressSanitizer
 
-# The libraries of others that keep memory to the end. They must stay loaded for their names to be known then.
+# The libraries of others that keep memory to the end. They must stay loaded for their names to be
+# known then.
 write_suppressions() {
     printf 'leak:%s\n' libGLX_mesa swrast_dri libOSMesa libOpenCL libpocl libLLVM >"$work/leaks"
     export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
@@ -35,15 +37,16 @@ no_mesa() {
 
 # ---- Pictures without a display
 
-# At most this many of 10000 pixels may differ by more than 24 of 255. The content is the same bits everywhere: what may
-# differ is the edges of glyphs and lines by another OpenGL's rounding, and the digits of the seconds that noise shows.
+# At most this many of 10000 pixels may differ by more than 24 of 255. The content is the same bits
+# everywhere: what may differ is the edges of glyphs and lines by another OpenGL's rounding, and the
+# digits of the seconds that noise shows.
 LIMIT=60
 
 small_exit_points() { timeout 60 "$programs/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"; }
 small_noise() { timeout 60 "$programs/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"; }
 
-# as_committed NAME X Y W H: one part of the picture, so that what is small in the whole counts. `make test-pictures`
-# makes the committed pictures anew.
+# as_committed NAME X Y W H: one part of the picture, so that what is small in the whole counts.
+# `make test-pictures` makes the committed pictures anew.
 as_committed() {
     local name=$1 differ
     shift
@@ -80,9 +83,10 @@ full_device() {
         [ -L "$work/full.png" ] && [ -c /dev/full ]
 }
 
-# The sheet has 1280 x 720 units or more. Its panes begin 52 units from the left and end 18 from the right, with frames 1
-# and 2 wide; a pixel may be half covered. The object is as high and as wide as at 960x540, in units of 0.75 pixels, times
-# `size`: how much larger the square is that fits into the pane. Each end of it is seen to a pixel, here and there.
+# The sheet has 1280 x 720 units or more. Its panes begin 52 units from the left and end 18 from the
+# right, with frames 1 and 2 wide; a pixel may be half covered. The object is as high and as wide as
+# at 960x540, in units of 0.75 pixels, times `size`: how much larger the square is that fits into
+# the pane. Each end of it is seen to a pixel, here and there.
 keeps_shape() { # WIDTH HEIGHT
     local picture=$work/$1x$2.png
     "$build/exit_points" --headless --still --size $1x$2 --png "$picture" || return 1
@@ -128,14 +132,16 @@ opens() { # TITLE PROGRAM OPTIONS
 has_size() { geometry=$(xdotool getwindowgeometry "$window" 2>&1) && [[ $geometry == *"Geometry: $1"* ]]; }
 shows_text() { screen now && bright=$("$pixels" bright "$work/now.xwd" 0 10 960 30) && [ "$bright" -gt 200 ]; }
 
-# Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other there, any of them.
+# Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other
+# there, any of them.
 drawn() {
     screen before && sleep 0.1 && screen now
     [ "$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@")" = 0 ]
 }
 before() { tries=10 until_true drawn "$@" || true; }
 
-# keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are others.
+# keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are
+# others.
 changed() {
     screen now && differ=$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@") && [ "$differ" -ge ${many:-30} ]
 }
@@ -152,8 +158,8 @@ same_as() { # FILE X Y W H: the screen shows what the file has there
     differ=$("$pixels" differ "$work/now.xwd" "$@")
     [ "$differ" -le $LIMIT ]
 }
-# It shows that, and no bit of it changes for a second. On the way there it may come within the limit and leave it
-# again: 60 of 10000, then 79, then 5.
+# It shows that, and no bit of it changes for a second. On the way there it may come within the
+# limit and leave it again: 60 of 10000, then 79, then 5.
 ends_as() {
     local i
     same_as "$@" || return 1
@@ -192,7 +198,8 @@ ends() {
 }
 closes() { xdotool key "$1" && ends 0; }
 
-# The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys below y 495.
+# The panes lie in y 110..335 of 960x540; the first in x 39..209, the last in x 775..946, the keys
+# below y 495.
 comes_back() { xdotool key $1 && comes_to "$work/960x540.png" 0 0 960 488; }
 
 ring_at() {
@@ -241,8 +248,9 @@ resizes_whole() { # WIDTH HEIGHT ROWS
     comes_to "$work/$1x$2.png" 0 0 $1 $3
 }
 
-# Writes into a pipe that nobody empties: the writer has to wait, whatever the machine's speed. The first bytes of the
-# picture tell that it has begun; the name is free for the next picture then, and the window must go on meanwhile.
+# Writes into a pipe that nobody empties: the writer has to wait, whatever the machine's speed. The
+# first bytes of the picture tell that it has begun; the name is free for the next picture then, and
+# the window must go on meanwhile.
 wrote_times() { [ "$(said_wrote)" = "$1" ]; }
 stall_writer() { # KEYS, which the program finds all at once
     rm -f "$work/saved.png" && mkfifo "$work/saved.png" && exec 9<>"$work/saved.png" &&
@@ -292,7 +300,8 @@ closing_loses_nothing() {
     tail -n 1 "$work/said" | grep -q '^wrote '
 }
 
-# 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too is cut for them.
+# 480x270 on a screen of twice the usual density is the picture of 960x540, pixel by pixel: text too
+# is cut for them.
 opens_dense() {
     "$build/tools/x11" density 192 && opens "exit points" exit_points --size 480x270 --still &&
         comes_to "$work/960x540.png" 0 0 960 488 && saves 960x540 || return 1

@@ -1,6 +1,7 @@
 #!/bin/bash
-# Runs the commands that the chapters print, and makes their figures, listings and quoted numbers anew from what comes
-# out: make.sh [SLUG ...], all chapters without one. Run from the top of the repository. SPDX-License-Identifier: MIT
+# Runs the commands that the chapters print, and makes their figures, listings and quoted numbers
+# anew from what comes out: make.sh [SLUG ...], all chapters without one. Run from the top of the
+# repository. SPDX-License-Identifier: MIT
 set -eu
 . tutorial/chapters.sh
 mkdir -p build

@@ -1,5 +1,5 @@
-// pixel.h - a pixel of the head, for C and for OpenCL C: the appendix of the tutorial compiles it by
-// both. SPDX-License-Identifier: MIT
+// pixel.h - a pixel of the head, for C and for OpenCL C: the appendix of the tutorial compiles it
+// by both. SPDX-License-Identifier: MIT
 #include "sss_resample.h"
 
 // [languages]

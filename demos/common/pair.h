@@ -1,5 +1,6 @@
-// pair.h - the sheet of two pictures side by side, in noise and in mesh: where they are, and what stands in their corners.
-// Host only. Part of each program, so its measures have no prefix. SPDX-License-Identifier: MIT
+// pair.h - the sheet of two pictures side by side, in noise and in mesh: where they are, and what
+// stands in their corners. Host only. Part of each program, so its measures have no prefix.
+// SPDX-License-Identifier: MIT
 #ifndef PAIR_H
 #define PAIR_H
 
@@ -10,7 +11,8 @@
 #define TOP    96.0f // of the pictures
 #define FOOTER 104.0f
 
-// Where the left (0) or the right one (1) of this shape is: as large as fits, at the middle of the sheet.
+// Where the left (0) or the right one (1) of this shape is: as large as fits, at the middle of the
+// sheet.
 static inline box pair_box(const canvas *c, int which, int across, int down) {
     float width = 0.5f * (c->width - 2.0f * MARGIN - GAP);
     float height = c->height - TOP - FOOTER;

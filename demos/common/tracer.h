@@ -42,8 +42,8 @@ typedef struct tracer_settings {
 
 typedef struct tracer_result {
     sss_vec3 radiance;
-    uint32_t probes,
-        shaded; // probe segments traced; exits or area points that got next-event estimation
+    uint32_t probes; // segments traced
+    uint32_t shaded; // exits or area points that got next-event estimation
 } tracer_result;
 
 // A point that is shaded as a white Lambert surface, times its weight.

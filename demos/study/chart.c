@@ -153,11 +153,11 @@ static void measure_costs(chart_world *w) {
     way.strata = 1;
     w->shade_seconds = 1e30;
     for (int round = 0; round < 10; round++) {
-        double start = cpu_seconds(), each;
+        double start = cpu_seconds();
 
         for (int i = 0; i < tile->count; i++) way.plan[i].candidates = round % 2 ? 64 : 8;
         rivals_header_tile(&w->world, tile, &way, 1u, (uint32_t)round, value, &work);
-        each = (cpu_seconds() - start) / tile->count;
+        double each = (cpu_seconds() - start) / tile->count;
         least[round % 2] = fmin(least[round % 2], each);
 
         start = cpu_seconds();
@@ -204,11 +204,10 @@ static void sum_up_truth(chart_world *w, const chart_settings *settings, double 
 
 static void make_world(chart_world *w, const chart_settings *settings, int scene_index,
                        float size) {
-    scenes_optics optics;
     double dmfp = 0.0;
 
     memset(w, 0, sizeof *w);
-    optics = scenes_make(&w->world.s, scene_index);
+    scenes_optics optics = scenes_make(&w->world.s, scene_index);
     for (int c = 0; c < 3; c++) {
         optics.dmfp[c] *= size;
         dmfp = fmax(dmfp, (double)optics.dmfp[c]);

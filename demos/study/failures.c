@@ -543,9 +543,9 @@ static tally measure_wall(const scene *s, tracer_settings t, int samples) {
 static void show_wall(void) {
     static scene s;
     int size = quick ? 60 : 400, spp = quick ? 2 : 8;
-    tally t[2], truth;
+    tally t[2];
     load_scene(&s, SCENES_SLAB, "burley", 1.0f);
-    truth = measure_wall(&s, wall_settings(TRACER_REFERENCE, 0, size), lookups_of(400000));
+    tally truth = measure_wall(&s, wall_settings(TRACER_REFERENCE, 0, size), lookups_of(400000));
     for (int hinted = 0; hinted < 2; hinted++) {
         tracer_settings settings = wall_settings(TRACER_RESAMPLED, hinted, size);
         image picture;

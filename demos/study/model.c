@@ -71,10 +71,10 @@ static void write_rings(FILE *f, const light_rings *l) {
 static void measure_profiles(const char *path, const char *out) {
     static light_rings l;
     char line[256];
-    FILE *in = fopen(path, "r"), *f;
+    FILE *in = fopen(path, "r");
     int known = 0;
     if (!in) fail(2, "cannot read %s: %s", path, strerror(errno));
-    f = open_data(out, "model");
+    FILE *f = open_data(out, "model");
     fprintf(f, "# eta, albedo of a scattering, of the half space; errors: Burley by dmfp, by mfp, "
                "dipole, better dipole\n");
     while (fgets(line, sizeof line, in)) {

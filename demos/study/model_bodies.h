@@ -180,9 +180,9 @@ static inline body_volume body_volume_of(double albedo, double dmfp) {
 // How far a ray goes inside the body, at most `want`. *shape: the one that it is in, or leaves.
 static inline double body_reach(const body_solid *b, body_vec x, body_vec d, double want,
                                 int *shape) {
-    double t0, t1, reach;
+    double t0, t1;
     body_interval(&b->shape[*shape], x, d, &t0, &t1);
-    reach = fmax(t1, 0.0);
+    double reach = fmax(t1, 0.0);
     for (int i = 0; i < b->count && reach < want; i++) {
         if (i == *shape) continue;
         body_interval(&b->shape[i], x, d, &t0, &t1);

@@ -134,7 +134,8 @@ static void report_plan(const case_row *row, int count) {
                 worst = r;
         }
     }
-    printf("The profile is off by more than 10 %% in %.0f %%, by more than 50 %% in %.0f %% of %d cases.\n",
+    printf("The profile is off by more than 10 %% in %.0f %%, by more than 50 %% in %.0f %% of %d "
+           "cases.\n",
            100.0 * tenth / count, 100.0 * half / count, count);
     printf("The plan, on %d cases:\n", count);
     for (int t = 0; t < TOLERANCES; t++) {
@@ -196,7 +197,7 @@ static void lambert_pixel(double radius, double footprint, double shadow, const 
     body_volume v = body_volume_of(albedo, dmfp);
     b.shape[0].high[0] = (double)INFINITY;
     for (int i = 0; i < points; i++) {
-        double x, y, square, weight, here, there = 0.0;
+        double x, y, square, weight, there = 0.0;
         body_vec at;
         int shape;
         body_disk(random, &x, &y, &square);
@@ -204,7 +205,7 @@ static void lambert_pixel(double radius, double footprint, double shadow, const 
         y *= 0.5 * footprint;
         b.entry = body_make(x, y, ball ? sqrt(radius * radius - x * x - y * y) : 0.0);
         if (ball) b.normal = body_unit(b.entry);
-        here = ball ? body_irradiance(&b, light, 0, b.entry) : x > shadow;
+        double here = ball ? body_irradiance(&b, light, 0, b.entry) : x > shadow;
         if (body_walk(&b, &v, random, &at, &shape, &weight))
             there = ball ? body_irradiance(&b, light, 0, at) : at.x > shadow;
         body_add(&sum[0], there > 0.0 ? weight * there : 0.0);

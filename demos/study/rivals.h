@@ -107,7 +107,6 @@ static inline float rivals_hint(const scene *s, int kind, sss_vec3 position, sss
                                 int shape) {
     tracer_point point = {position, normal, position, shape};
     sss_vec3 sum = scene_vec(0.0f, 0.0f, 0.0f);
-    float cosine;
 
     if (kind == HINT_NONE) return 1.0f;
     if (kind == HINT_LAMP) return tracer_light_guess(s, position, normal);
@@ -118,7 +117,7 @@ static inline float rivals_hint(const scene *s, int kind, sss_vec3 position, sss
         }
         return scene_mean(sum);
     }
-    cosine = scene_dot(scene_normalize(scene_sub(s->light.center, position)), normal);
+    float cosine = scene_dot(scene_normalize(scene_sub(s->light.center, position)), normal);
     return scene_max(kind == HINT_WRONG ? -cosine : cosine, 0.0f) + 0.05f;
 }
 

@@ -12,12 +12,11 @@ enum { LAMBERT, DISK, RESAMPLED, WALK, SPARED };
 
 static int model(const sss_medium *m, double radius, double footprint, float tolerance) {
     sss_need need = {0.0f, 0.0f, 0.0f, 0.0f, 0};
-    unsigned techniques;
 
     need.curvature_radius = (float)radius;
     need.footprint = (float)footprint;
     need.tolerance = tolerance;
-    techniques = sss_plan_for(m, &need).techniques;
+    unsigned techniques = sss_plan_for(m, &need).techniques;
     if (techniques == SSS_LAMBERT) return LAMBERT;
     if (techniques == SSS_WALK) return WALK;
     return techniques == SSS_DISK ? DISK : RESAMPLED;
@@ -26,11 +25,10 @@ static int model(const sss_medium *m, double radius, double footprint, float tol
 int main(void) {
     static const float albedo[3] = {ALBEDO, ALBEDO, ALBEDO}, dmfp[3] = {1.0f, 1.0f, 1.0f};
     sss_medium m;
-    double x, y;
 
     if (sss_burley(&m, albedo, dmfp) != SSS_OK) return 1;
-    for (y = -2.0; y < 1.5; y += 0.01) {
-        for (x = -0.7; x < 1.48; x += 0.01) {
+    for (double y = -2.0; y < 1.5; y += 0.01) {
+        for (double x = -0.7; x < 1.48; x += 0.01) {
             double radius = pow(10.0, x), footprint = pow(10.0, y);
 
             int strict = model(&m, radius, footprint, 0.1f);

@@ -1,5 +1,5 @@
-/* Names that other headers define as macros: those of <windows.h>, <math.h> and <complex.h> that people meet. The header
-   has none of them. */
+/* Names that other headers define as macros: those of <windows.h>, <math.h> and <complex.h> that
+   people meet. The header has none of them. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -1,13 +1,15 @@
 #!/bin/bash
-# A picture in parts, as demos/hosts.md says, small and on this machine alone: the merged parts are the picture of one
-# run. Run from the top of the repository after `make all`. SPDX-License-Identifier: MIT
+# A picture in parts, as demos/hosts.md says, small and on this machine alone: the merged parts are
+# the picture of one run. Run from the top of the repository after `make all`.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 . tutorial/chapters.sh
 pfm=$build/tools/pfm
 needs "$build/render" "$pfm"
 
-# The page's commands with eight parts of 4 samples of a small picture, in a folder that has nothing but the program.
+# The page's commands with eight parts of 4 samples of a small picture, in a folder that has nothing
+# but the program.
 small() { sed 's/640x360/24x20/; s/--spp 64/--spp 4/; s/seq 0 64 448/seq 0 4 28/; s/64 \*/4 */' "$1"; }
 at_once() { mkdir -p "$work/build" && cp "$build/render" "$work/build/" && (cd "$work" && build/render --scene bear --size 24x20 --spp 32 --pfm one.pfm); }
 note() { tail -c 80 "$1" | LC_ALL=C grep -a -o 'samples .*'; }
@@ -21,7 +23,8 @@ by_parallel() {
     (cd "$work" && bash -eu parallel.sh) && is_whole
 }
 
-# What Slurm does with the file, where there is no Slurm: one run for each number of its #SBATCH --array.
+# What Slurm does with the file, where there is no Slurm: one run for each number of its #SBATCH
+# --array.
 by_array() {
     rm -f "$work"/build/*.pfm
     small demos/slurm.sh >"$work/array.sh"

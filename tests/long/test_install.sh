@@ -1,6 +1,7 @@
 #!/bin/bash
-# An example, built in each way that others take the header by: CMake's three and pkg-config. Each prints the digits of
-# the example as the repository builds it. Run from the top of the repository. SPDX-License-Identifier: MIT
+# An example, built in each way that others take the header by: CMake's three and pkg-config. Each
+# prints the digits of the example as the repository builds it. Run from the top of the repository.
+# SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 

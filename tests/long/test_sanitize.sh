@@ -1,10 +1,11 @@
 #!/bin/bash
-# The checks of fuzz.c under sanitizers: the kept corpus, and new hostile bytes for FUZZ_SECONDS (60).
-# Run from the top of the repository. SPDX-License-Identifier: MIT
+# The checks of fuzz.c under sanitizers: the kept corpus, and new hostile bytes for FUZZ_SECONDS
+# (60). Run from the top of the repository. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 
-# gcc has no list of functions to leave out, and divisions by zero are meant where tests/fuzz_ignore.txt says.
+# gcc has no list of functions to leave out, and divisions by zero are meant where
+# tests/fuzz_ignore.txt says.
 corpus() {
     gcc -std=c99 -O1 -g -ffp-contract=off -fno-math-errno -fsanitize=address,undefined,float-cast-overflow \
         -fno-sanitize-recover=all -I. -Itests '-DDATA_DIR="tests/data"' tests/test_fuzz.c -o "$work/corpus" -lcmocka -lm &&

@@ -1,6 +1,6 @@
 #!/bin/bash
-# The header as WebAssembly, without any library: the bits are those of the native program. Run from the top of the
-# repository. SPDX-License-Identifier: MIT
+# The header as WebAssembly, without any library: the bits are those of the native program. Run from
+# the top of the repository. SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
 
