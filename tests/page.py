@@ -181,11 +181,13 @@ def check_keyboard(browser):
 
 
 def check_fits(browser, width):
-    inside, needs, flat = browser.run("""
+    inside, needs, flat = browser.run(
+        """
         const e = document.documentElement;
         const flat = [...document.querySelectorAll("img, math, canvas")].filter((x) =>
             !x.closest(".running > img") && !(x.getBoundingClientRect().height > 4));
-        return [e.clientWidth, e.scrollWidth, flat.length];""")
+        return [e.clientWidth, e.scrollWidth, flat.length];"""
+    )
     good = inside >= width - 20 and needs <= inside and not flat
     said = f"{inside} wide, needs {needs}; {flat} without a size"
     check(f"the page fits {width} pixels", good, said)
@@ -268,13 +270,15 @@ def check_ball(browser):
     The limit is that of tables with 256 cosines, 128 rings and 64 turns, each linear or constant in
     between: their steps of about 1 % are squared where the light is smooth, not at the terminator.
     """
-    energy, lambert = browser.run("""
+    energy, lambert = browser.run(
+        """
         const C = live.C;
         let sum = 0;
         C.set_burley(10, 0.8, 0.5, 0.3, 2, 1, 0);
         C.ball_set(0, 0);
         for (let i = 0; i < 4000; i++) sum += C.ball_light(0, 0, (i + 0.5) / 2000 - 1) / 4000;
-        return [sum / C.within(10, 0, 2) * 4, C.ball_light(0, 2, 0.5) / 0.15];""")
+        return [sum / C.within(10, 0, 2) * 4, C.ball_light(0, 2, 0.5) / 0.15];"""
+    )
     good = abs(energy - 1) < 0.005 and abs(lambert - 1) < 0.005
     check("ball: energy is kept, and length 0 is Lambert", good, (energy, lambert))
 
@@ -335,14 +339,16 @@ def check_chord(browser):
     good = all(within(p, q, (q * (1 - q) / 300000) ** 0.5) for p, q in rates)
     check("chord: crossings of a patch", good, rates)
 
-    least, most, disks = browser.run("""
+    least, most, disks = browser.run(
+        """
         const C = live.C;
         C.spike_begin(0.2, 0.6, 1);
         C.spike_run(2000, 1);
         const hits = new Float32Array(C.memory.buffer, C.hit_data(), 6 * C.hit_count());
         const weights = hits.filter((_, i) => i % 6 === 4);
         C.spike_run(20000, 0);
-        return [Math.min(...weights), Math.max(...weights), C.spike_largest(0)];""")
+        return [Math.min(...weights), Math.max(...weights), C.spike_largest(0)];"""
+    )
     good = 2 * (1 - 1e-5) < least <= most < 2 * (1 + 1e-5)
     check("chord: all hits weigh 2", good, (least, most))
     check("chord: on a spike hits of disks weigh more than twice that", disks > 4, disks)
@@ -350,7 +356,8 @@ def check_chord(browser):
 
 def check_pick(browser):
     """40 bins of 40000 picks differ from a density by about sqrt(40 / (2 pi 40000)) = 0.013."""
-    few, many = browser.run("""
+    few, many = browser.run(
+        """
         const C = live.C, bins = 40;
         return [1, 64].map((m) => {
             C.pick_begin(1.6, 1);
@@ -360,7 +367,8 @@ def check_pick(browser):
             let sum = 0;
             picks.forEach((n, i) => (sum += Math.abs(n / C.pick_count() - part(i + 1) + part(i))));
             return sum / 2;
-        });""")
+        });"""
+    )
     good = few > 0.1 and many < 0.03
     check("pick: with M = 64 picks follow the target, with 1 they do not", good, (few, many))
 
@@ -396,12 +404,14 @@ def check_share(browser):
     own, shared = browser.run("return [live.C.bear_noise(1), live.C.bear_noise(2)]")
     check("share: and have less noise", 0 < shared < own, (own, shared))
 
-    advice = browser.run("""
+    advice = browser.run(
+        """
         const C = live.C;
         return [[0.001, 1], [0.8, 0.1]].map(([dmfp, thickness]) => {
             C.bear_begin(thickness, dmfp, 1, 0, 0, 1);
             return new Int32Array(C.memory.buffer, C.bear_advice(thickness, 0.1), 5)[0];
-        });""")
+        });"""
+    )
     good = advice == [32, 16]
     check("share: Lambert where nothing is to be seen, a walk in a thin bear", good, advice)
 

@@ -3,8 +3,8 @@
 
 usage: chart.py ROWS.csv MODEL.dat MESH.csv OUT
 
-OUT-race.png, OUT-which.png, OUT-hints.png, OUT-model.png, OUT-mesh.png; OUT.md: the page with its figures;
-OUT-caption.md: the paragraphs that the README shows. SPDX-License-Identifier: MIT
+OUT-race.png, OUT-which.png, OUT-hints.png, OUT-model.png, OUT-mesh.png; OUT.md: the page with its
+figures; OUT-caption.md: the paragraphs that the README shows. SPDX-License-Identifier: MIT
 """
 import sys
 
@@ -29,7 +29,10 @@ FAMILIES = {
     "Lambert": (["lambert"], "#999999"),
     "one disk": (["disk"], "#cc79a7"),
     "lean probe": (["lean"], "#56b4e9"),
-    "resampled": (["resampled", "memo", "two-exits", "four-exits", "colours", "no-strata"], "#e69f00"),
+    "resampled": (
+        ["resampled", "memo", "two-exits", "four-exits", "colours", "no-strata"],
+        "#e69f00",
+    ),
     "shared": (["shared", "shared-one"], "#d55e00"),
     "walk": (["walk"], "#0072b2"),
     "cloud": (["cloud"], "#009e73"),
@@ -126,11 +129,18 @@ def judge(rows):
                 fair = np.isfinite(mine) & np.isfinite(best)
                 ratio = mine[fair] / best[fair]
                 winner, quickest = first_to(by_family(field), cost, 0.05)
-                out.append({
-                    "scene": scene, "size": size, "hinted": hinted, "cost": cost,
-                    "mean": np.exp(np.log(ratio).mean()), "worst": ratio.max(),
-                    "time": time_to(list(plan.itertuples()), cost, 0.05) / quickest, "winner": winner,
-                })
+                out.append(
+                    {
+                        "scene": scene,
+                        "size": size,
+                        "hinted": hinted,
+                        "cost": cost,
+                        "mean": np.exp(np.log(ratio).mean()),
+                        "worst": ratio.max(),
+                        "time": time_to(list(plan.itertuples()), cost, 0.05) / quickest,
+                        "winner": winner,
+                    }
+                )
     return pd.DataFrame(out)
 
 
@@ -143,7 +153,11 @@ def finish(figure, path):
 
 
 def race(rows, out):
-    bodies = [("thick", "sphere", 0.125), ("curved", "sphere", 1.0), ("thin, lit from behind", "slab", 1.0)]
+    bodies = [
+        ("thick", "sphere", 0.125),
+        ("curved", "sphere", 1.0),
+        ("thin, lit from behind", "slab", 1.0),
+    ]
     figure, axes = plt.subplots(2, 3, figsize=(11, 7.6), sharex=True, sharey=True)
     times = np.logspace(-6.5, -1.7, 120)
     for k, (name, scene, size) in enumerate(bodies):
@@ -152,10 +166,21 @@ def race(rows, out):
             ax = axes[j, k]
             for family in ["Lambert", "one disk", "resampled", "shared", "walk", "cloud"]:
                 methods, colour = FAMILIES[family]
-                ax.plot(times * 1e6, 100 * envelope(here[here.method.isin(methods)], cost, times),
-                        color=colour, lw=2.2, label=family)
-            ax.plot(times * 1e6, 100 * envelope(plans(world(rows, scene, size), False, cost), cost, times),
-                    color="black", lw=1.6, ls=(0, (1, 1.2)), label="the plan")
+                ax.plot(
+                    times * 1e6,
+                    100 * envelope(here[here.method.isin(methods)], cost, times),
+                    color=colour,
+                    lw=2.2,
+                    label=family,
+                )
+            ax.plot(
+                times * 1e6,
+                100 * envelope(plans(world(rows, scene, size), False, cost), cost, times),
+                color="black",
+                lw=1.6,
+                ls=(0, (1, 1.2)),
+                label="the plan",
+            )
             ax.set_xscale("log")
             ax.set_yscale("log")
             ax.set_ylim(1, 150)
@@ -171,11 +196,22 @@ def race(rows, out):
             if j == 1:
                 ax.set_xlabel("CPU time of a pixel, µs")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.suptitle("Thick bodies: Lambert or one disk.\nCurved and thin ones: a shared profile for a quick look, "
-                    "then the walk", fontsize=14, y=0.99)
+    figure.suptitle(
+        "Thick bodies: Lambert or one disk.\nCurved and thin ones: a shared profile for a quick look, "
+        "then the walk",
+        fontsize=14,
+        y=0.99,
+    )
     figure.tight_layout(rect=(0, 0, 1, 0.93))
-    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.93),
-                  columnspacing=1.2)
+    figure.legend(
+        handles,
+        labels,
+        loc="upper center",
+        ncol=7,
+        frameon=False,
+        bbox_to_anchor=(0.5, 0.93),
+        columnspacing=1.2,
+    )
     finish(figure, f"{out}-race.png")
 
 
@@ -196,7 +232,9 @@ def which(rows, out):
     spots = rows[["scene", "size", "thickness"]].drop_duplicates().sort_values("thickness")
     figure, axes = plt.subplots(2, 2, figsize=(11, 8.4), sharex=True, sharey=True)
     used = set()
-    for (j, target), (i, hinted) in [(y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])]:
+    for (j, target), (i, hinted) in [
+        (y, x) for y in enumerate([0.2, 0.05]) for x in enumerate([False, True])
+    ]:
         ax = axes[j, i]
         for k, (scene, size, _) in enumerate(spots.itertuples(index=False)):
             families = by_family(rivals(world(rows, scene, size), hinted))
@@ -205,16 +243,27 @@ def which(rows, out):
                 if not np.isfinite(time):
                     continue
                 used.add(best)
-                ax.bar(k, c * (10**0.1 - 1), bottom=c / 10**0.05, width=1, color=FAMILIES[best][1], lw=0)
+                ax.bar(
+                    k,
+                    c * (10**0.1 - 1),
+                    bottom=c / 10**0.05,
+                    width=1,
+                    color=FAMILIES[best][1],
+                    lw=0,
+                )
         ax.set_yscale("log")
         ax.set_ylim(0.3, 330)
         ax.set_xlim(-0.5, len(spots) - 0.5)
         ax.set_yticks([1, 10, 100])
         ax.set_yticklabels(["1", "10", "100"])
-        ax.set_title(f"to {100 * target:.0f} % error, " + ("hinted by n·l + .05" if hinted else "no hint"))
+        ax.set_title(
+            f"to {100 * target:.0f} % error, " + ("hinted by n·l + .05" if hinted else "no hint")
+        )
         ax.set_xticks(range(len(spots)))
-        ax.set_xticklabels([f"{scene} {thick:.2g}" for scene, _, thick in spots.itertuples(index=False)],
-                           rotation=90)
+        ax.set_xticklabels(
+            [f"{scene} {thick:.2g}" for scene, _, thick in spots.itertuples(index=False)],
+            rotation=90,
+        )
         if j == 1:
             ax.set_xlabel("body, and its thickness in diffuse mean free paths")
         if i == 0:
@@ -223,7 +272,9 @@ def which(rows, out):
     handles = [plt.Rectangle((0, 0), 1, 1, color=FAMILIES[f][1]) for f in names]
     figure.suptitle("The method that is the first to reach a total error", y=0.99)
     figure.tight_layout(rect=(0, 0, 1, 0.93))
-    figure.legend(handles, names, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96))
+    figure.legend(
+        handles, names, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.96)
+    )
     finish(figure, f"{out}-which.png")
 
 
@@ -249,18 +300,31 @@ def hint_table(rows):
 def hints(table, out):
     figure, ax = plt.subplots(figsize=(8.6, 4.2))
     width = 0.15
-    names = {"exact": "exact", "lamp": "lamp and sky, no shadows", "cosine": "n·l + .05", "wrong": "wrong side"}
+    names = {
+        "exact": "exact",
+        "lamp": "lamp and sky, no shadows",
+        "cosine": "n·l + .05",
+        "wrong": "wrong side",
+    }
     colours = ["#009e73", "#56b4e9", "#e69f00", "#d55e00"]
     for k, (hint, label) in enumerate(names.items()):
         height = np.array(table["resampled", hint])
-        ax.bar(np.arange(len(SCENES)) + (k - 1.5) * width, height - 1, width, bottom=1, label=label, color=colours[k])
+        ax.bar(
+            np.arange(len(SCENES)) + (k - 1.5) * width,
+            height - 1,
+            width,
+            bottom=1,
+            label=label,
+            color=colours[k],
+        )
     ax.axhline(1, color="black", lw=1)
     ax.set_yscale("log")
     ax.set_xticks(range(len(SCENES)))
     ax.set_xticklabels(SCENES)
     ax.set_ylabel("variance over that without hint")
-    ax.set_title("A hint that knows lamp and sky lowers the variance; n·l + .05 raises it here",
-                 fontsize=12)
+    ax.set_title(
+        "A hint that knows lamp and sky lowers the variance; n·l + .05 raises it here", fontsize=12
+    )
     ax.legend(frameon=False, ncol=2, loc="upper left")
     ax.set_ylim(0.1, 1000)
     ax.set_yticks([0.1, 1, 10, 100])
@@ -270,14 +334,19 @@ def hints(table, out):
 
 
 def on_mesh(rows, out):
-    """The race on a mesh, as far down as the truth is known. Beyond 256 samples the noise goes on with the root of their number. Plans
-    that walk everywhere have the walk's picture, and like the walk no error of the model."""
+    """The race on a mesh, as far down as the truth is known. Beyond 256 samples the noise goes on
+    with the root of their number. Plans that walk everywhere have the walk's picture, and like the
+    walk no error of the model."""
     levels = LEVELS + [256]
     figure, axes = plt.subplots(1, 3, figsize=(11, 4.3), sharey=True)
     times = np.logspace(-6.3, -1.7, 120)
     walk = rows[rows.method == "walk"].set_index("body").error_256
     samples = np.array(levels + [1024, 4096, 16384], float)
-    titles = {"thick": "thick: a tube of 16 dmfp", "curved": "curved: 4 dmfp", "thin": "thin: 0.7 dmfp"}
+    titles = {
+        "thick": "thick: a tube of 16 dmfp",
+        "curved": "curved: 4 dmfp",
+        "thin": "thin: 0.7 dmfp",
+    }
     for ax, body in zip(axes, titles):
         for family in ["Lambert", "one disk", "resampled", "shared", "walk", "plan"]:
             best = np.full(len(times), np.inf)
@@ -289,7 +358,9 @@ def on_mesh(rows, out):
                 errors = np.sqrt(np.concatenate([squares, more]))
                 if not walks:
                     errors = np.maximum(errors, row.unsure)
-                here = np.exp(np.interp(np.log(times), np.log(samples * row.seconds), np.log(errors)))
+                here = np.exp(
+                    np.interp(np.log(times), np.log(samples * row.seconds), np.log(errors))
+                )
                 here[times < row.seconds] = np.inf
                 best = np.minimum(best, np.minimum.accumulate(here))
             look = {"color": "black", "lw": 1.6, "ls": (0, (1, 1.2)), "label": "the plan"}
@@ -309,10 +380,20 @@ def on_mesh(rows, out):
         ax.set_xlabel("CPU time of a pixel, µs")
     axes[0].set_ylabel("total error against the volume")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.suptitle("On a mesh of 50,000 triangles, where rays cost what they cost", fontsize=13, y=0.975)
+    figure.suptitle(
+        "On a mesh of 50,000 triangles, where rays cost what they cost", fontsize=13, y=0.975
+    )
     figure.tight_layout(rect=(0, 0, 1, 0.93))
-    figure.legend(handles, labels, loc="upper center", ncol=7, frameon=False, bbox_to_anchor=(0.5, 0.935),
-                  fontsize=10.5, columnspacing=1.2)
+    figure.legend(
+        handles,
+        labels,
+        loc="upper center",
+        ncol=7,
+        frameon=False,
+        bbox_to_anchor=(0.5, 0.935),
+        fontsize=10.5,
+        columnspacing=1.2,
+    )
     finish(figure, f"{out}-mesh.png")
 
 
@@ -420,7 +501,9 @@ def plan_lines(verdict):
         for cost in COSTS:
             cells = [scene, str(cost)]
             for hinted in [False, True]:
-                here = verdict[(verdict.scene == scene) & (verdict["size"] == 1.0) & (verdict.cost == cost)]
+                here = verdict[
+                    (verdict.scene == scene) & (verdict["size"] == 1.0) & (verdict.cost == cost)
+                ]
                 v = here[here.hinted == hinted].iloc[0]
                 time = f"{v.time:.2f}" if np.isfinite(v.time) else "not there"
                 cells += [f"{v['mean']:.2f}, {v.worst:.2f}", time, v.winner]
@@ -429,25 +512,49 @@ def plan_lines(verdict):
     for size in sorted(set(verdict["size"]) - {1.0}):
         part = [verdict[(verdict["size"] == size) & (verdict.hinted == h)] for h in [False, True]]
         near = [f"{int((v['mean'] <= 1.2).sum())} of {len(v)}" for v in part]
-        other += [f"With {size:g} times the mean free path it is within 20 % in {near[0]} cases without hints, in {near[1]} "
-                  f"hinted.{exceptions(*part)}", ""]
-    return [
-        "## The plan, case by case",
-        "",
-        "Error of `sss_plan_for` with the best of its tolerances (50 to 1 %) over the least error of any rival at the "
-        "same time: geometric mean over time, and worst. Then its time to 5 % total error over that of the quickest "
-        "rival, and which that is. With hints the rivals may use them or not.",
-        "",
-    ] + table_of(["scene", "cost", "no hint: mean, worst", "time", "quickest", "hinted: mean, worst", "time", "quickest"],
-                 rows) + other + [
-        "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: the plan depends on the body "
-        "and the pixel, not on the light.",
-        "",
-    ]
+        other += [
+            f"With {size:g} times the mean free path it is within 20 % in {near[0]} cases without hints, in {near[1]} "
+            f"hinted.{exceptions(*part)}",
+            "",
+        ]
+    return (
+        [
+            "## The plan, case by case",
+            "",
+            "Error of `sss_plan_for` with the best of its tolerances (50 to 1 %) over the least error of any rival at the "
+            "same time: geometric mean over time, and worst. Then its time to 5 % total error over that of the quickest "
+            "rival, and which that is. With hints the rivals may use them or not.",
+            "",
+        ]
+        + table_of(
+            [
+                "scene",
+                "cost",
+                "no hint: mean, worst",
+                "time",
+                "quickest",
+                "hinted: mean, worst",
+                "time",
+                "quickest",
+            ],
+            rows,
+        )
+        + other
+        + [
+            "On thick bodies in smooth light Lambert is nearer to the truth than the plan can know: the plan depends on the body "
+            "and the pixel, not on the light.",
+            "",
+        ]
+    )
 
 
 def hint_lines(table):
-    names = {"exact": "exact", "lamp": "lamp and sky, no shadows", "cosine": "n·l + .05", "wrong": "wrong side"}
+    names = {
+        "exact": "exact",
+        "lamp": "lamp and sky, no shadows",
+        "cosine": "n·l + .05",
+        "wrong": "wrong side",
+    }
     rows = []
     for hint, label in names.items():
         cells = [label]
@@ -476,10 +583,15 @@ def product(rows, cost):
 
 def sampling_lines(rows):
     """Noise alone: variance times time over that of the lean probe."""
-    ways = [("memo", "none", "memo 16-05: independent, disk and sphere"), ("resampled", "none", "the default mix"),
-            ("four-exits", "none", "four exits"), ("colours", "none", "an exit a colour"),
-            ("shared", "none", "the same, shared over 8 x 8"), ("resampled", "cosine", "the default mix, n·l + .05"),
-            ("shared", "cosine", "shared, n·l + .05")]
+    ways = [
+        ("memo", "none", "memo 16-05: independent, disk and sphere"),
+        ("resampled", "none", "the default mix"),
+        ("four-exits", "none", "four exits"),
+        ("colours", "none", "an exit a colour"),
+        ("shared", "none", "the same, shared over 8 x 8"),
+        ("resampled", "cosine", "the default mix, n·l + .05"),
+        ("shared", "cosine", "shared, n·l + .05"),
+    ]
     out = []
     for method, hint, label in ways:
         cells = [label]
@@ -497,17 +609,21 @@ def sampling_lines(rows):
         here = here[(here.hint == "cosine") & (here.setting == 8)]
         a, b = [here[here.method == m].iloc[0] for m in ["resampled", "no-strata"]]
         strata.append((a.error_16**2 - a.model**2) / (b.error_16**2 - b.model**2))
-    return [
-        "## Noise alone",
-        "",
-        "Variance of pixels times CPU time of one sample, each way with its best number of candidates, over those of a lean "
-        "plain probe that shades all its hits (King et al. 2013, written without the header): geometric mean over the five "
-        "scenes. Below 1 the way is the better one.",
-        "",
-    ] + table_of(["", *[f"shading costs {c} probes more" for c in COSTS]], out) + [
-        f"Strata over 16 samples of a pixel (`sss_begin_sample`): {mean(strata):.2f} of the variance without.",
-        "",
-    ]
+    return (
+        [
+            "## Noise alone",
+            "",
+            "Variance of pixels times CPU time of one sample, each way with its best number of candidates, over those of a lean "
+            "plain probe that shades all its hits (King et al. 2013, written without the header): geometric mean over the five "
+            "scenes. Below 1 the way is the better one.",
+            "",
+        ]
+        + table_of(["", *[f"shading costs {c} probes more" for c in COSTS]], out)
+        + [
+            f"Strata over 16 samples of a pixel (`sss_begin_sample`): {mean(strata):.2f} of the variance without.",
+            "",
+        ]
+    )
 
 
 def block_lines(rows):
@@ -518,8 +634,10 @@ def block_lines(rows):
         cells = [scene]
         for method in ["colours", "shared"]:
             r = here[here.method == method].iloc[0]
-            cells += [percent(np.sqrt(max(r.error_1**2 - r.model**2, 0.0))),
-                      percent(np.sqrt(max(r.block_1**2 - r.model_block**2, 0.0)))]
+            cells += [
+                percent(np.sqrt(max(r.error_1**2 - r.model**2, 0.0))),
+                percent(np.sqrt(max(r.block_1**2 - r.model_block**2, 0.0))),
+            ]
         out.append(cells)
     return [
         "## Pixels and blocks",
@@ -532,25 +650,37 @@ def block_lines(rows):
 
 def page(head, rows, mesh, verdict, table, out):
     caption = caption_of(verdict)
-    lines = [
-        "# The race",
-        "",
-        f"Written by `demos/study/chart.py` from the rows of one run, `{head}`: `make chart` measures them. The error is "
-        "relative, the root mean square over the pixels of tiles of 8 x 8, with a floor of a tenth of the mean light. The "
-        f"truth is known to {percent(rows.truth_error.mean())} a pixel, whose square is taken off. Beyond 64 samples the "
-        "noise is continued with the root of their number. Shading an exit is charged with 0 to 80 probes on top of one "
-        "sample of the lamp. A cloud pays its part of the build, spread over all pixels of a 480 x 270 picture that see "
-        "the object; the plan pays for four rays a pixel that find the radius of the body.",
-        "",
-        "![total error over time](chart-race.png)",
-        "",
-    ] + caption + [""] + verdict_lines(verdict) + mesh_lines(mesh) + [
-        "![which method is first](chart-which.png)",
-        "",
-    ]
+    lines = (
+        [
+            "# The race",
+            "",
+            f"Written by `demos/study/chart.py` from the rows of one run, `{head}`: `make chart` measures them. The error is "
+            "relative, the root mean square over the pixels of tiles of 8 x 8, with a floor of a tenth of the mean light. The "
+            f"truth is known to {percent(rows.truth_error.mean())} a pixel, whose square is taken off. Beyond 64 samples the "
+            "noise is continued with the root of their number. Shading an exit is charged with 0 to 80 probes on top of one "
+            "sample of the lamp. A cloud pays its part of the build, spread over all pixels of a 480 x 270 picture that see "
+            "the object; the plan pays for four rays a pixel that find the radius of the body.",
+            "",
+            "![total error over time](chart-race.png)",
+            "",
+        ]
+        + caption
+        + [""]
+        + verdict_lines(verdict)
+        + mesh_lines(mesh)
+        + [
+            "![which method is first](chart-which.png)",
+            "",
+        ]
+    )
     lines += plan_lines(verdict) + sampling_lines(rows) + hint_lines(table) + block_lines(rows)
-    lines += ["## Profiles on a half space", "", "![errors of the profiles by albedo](chart-model.png)", "",
-              "What they cost on curved and thin bodies: [model_error.png](model_error.png), `make model-error`."]
+    lines += [
+        "## Profiles on a half space",
+        "",
+        "![errors of the profiles by albedo](chart-model.png)",
+        "",
+        "What they cost on curved and thin bodies: [model_error.png](model_error.png), `make model-error`.",
+    ]
     with open(f"{out}.md", "w", encoding="utf-8") as f:
         f.write("\n".join(lines) + "\n")
     with open(f"{out}-caption.md", "w", encoding="utf-8") as f:

@@ -234,9 +234,7 @@ def radii():
     s.text(280, y[1] + 22, sub("r", "a"), "it b f-orange")
     s.text(420, 78, "r: what the", "b f-blue")
     s.text(420, 101, "profile weighs", "b f-blue")
-    s.text(
-        420, 136, f"{sub('r', 'a')}: where the", "b f-orange"
-    )
+    s.text(420, 136, f"{sub('r', 'a')}: where the", "b f-orange")
     s.text(420, 159, "probe was drawn", "b f-orange")
     return s
 
