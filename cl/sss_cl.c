@@ -8,8 +8,8 @@
 
 #include "sss_cl_source.h"
 
-#define SSS_CL_LOCAL                                                                               \
-    64 // without it a runtime may put a whole small batch into one group, and so on one core
+// Without it a runtime may put a whole small batch into one group, and so on one core.
+#define SSS_CL_LOCAL 64
 
 // ---- Errors
 

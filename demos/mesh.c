@@ -885,11 +885,11 @@ static void make_pictures(viewer *v) {
         run *r = &v->run[i];
         r->settings.width = width;
         r->settings.height = height;
-        good &= image_new(&r->half[0], width, height) && image_new(&r->half[1], width, height);
+        good &= !image_new(&r->half[0], width, height) && !image_new(&r->half[1], width, height);
         good &=
-            image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
-        good &= image_bytes_new(&r->card.picture, width, height, 0);
-        good &= image_bytes_new(&v->shown[i].picture, width, height, 0);
+            !image_new(&r->preview, (width + COARSE - 1) / COARSE, (height + COARSE - 1) / COARSE);
+        good &= !image_bytes_new(&r->card.picture, width, height, 0);
+        good &= !image_bytes_new(&v->shown[i].picture, width, height, 0);
         v->shown[i].noise = -1.0;
     }
     v->mask = (unsigned char *)malloc((size_t)width * (size_t)height);

@@ -493,10 +493,10 @@ static void make_pictures(noise *n) {
     int good = n->mask != NULL;
     for (int i = 0; i < RUNS; i++) {
         run *r = &n->run[i];
-        good &= image_new(&r->sum, width, height) && image_new(&r->mean, width, height);
+        good &= !image_new(&r->sum, width, height) && !image_new(&r->mean, width, height);
         if (i < HALF)
-            good &= image_bytes_new(&r->shown, width, height, 0) &&
-                    image_bytes_new(&r->error, width, height, 0);
+            good &= !image_bytes_new(&r->shown, width, height, 0) &&
+                    !image_bytes_new(&r->error, width, height, 0);
         r->settings.width = width;
         r->settings.height = height;
         if (i < HALF || !n->against) continue;

@@ -12,8 +12,8 @@
 #define RENDER_COMPARE_SPP       12  // of the resampled panel
 #define RENDER_COMPARE_REFERENCE 96  // samples a pixel in each half of the reference
 #define RENDER_COMPARE_COST      1.0 // of one of these, over one of the resampled panel, roughly
-#define RENDER_COMPARE_SECONDS                                                                     \
-    70.0 // of the processors: the reference stops early on a slow machine
+// Of the processors: the reference stops early on a slow machine.
+#define RENDER_COMPARE_SECONDS 70.0
 
 static const char usage[] =
     "usage: render [options]\n"
@@ -326,7 +326,7 @@ static void scale_image(image *i, float factor) {
 
 static image new_image(const tracer_settings *settings) {
     image i;
-    if (!image_new(&i, settings->width, settings->height)) fail(1, "out of memory");
+    if (image_new(&i, settings->width, settings->height)) fail(1, "out of memory");
     return i;
 }
 
@@ -399,12 +399,12 @@ static const char *write_stats(const options *o, const run *runs, int count) {
         write_run(out.file, o, &runs[i]);
     }
     fputs(count > 1 ? "]\n" : "\n", out.file);
-    return output_end(&out, 1);
+    return output_end(&out, NULL);
 }
 
 static const char *write_png(const char *path, const image *picture) {
     image_bytes bytes;
-    if (!image_bytes_new(&bytes, picture->width, picture->height, 0))
+    if (image_bytes_new(&bytes, picture->width, picture->height, 0))
         return "does not fit into memory";
     image_blit(&bytes, picture, 1.0f, 0, 0);
     const char *wrong = file_write_png(path, &bytes);
@@ -602,7 +602,7 @@ static int merge(const options *o) {
     for (int i = 0; i < o->merge_count; i++) total += add_part(o->merge[i], &whole, &sum, &ranges);
     join_ranges(&ranges);
     char *note = (char *)calloc((size_t)ranges.count, NOTE_LINE), *end = note;
-    if (!note || !image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
+    if (!note || image_new(&whole, whole.width, whole.height)) fail(1, "out of memory");
     for (int i = 0; i < ranges.count; i++) {
         const sample_range *r = &ranges.range[i];
         end += snprintf(end, NOTE_LINE, "samples %llu %llu seed %llu of %s\n", r->first, r->count,
@@ -776,7 +776,7 @@ static const char *compare_sheet(const options *o, const run *runs, const image_
         detail = (int)(width / DETAIL_ZOOM / DETAIL_SHARE) * DETAIL_ZOOM;
     int below = margin + height + margin + detail;
     image_bytes sheet;
-    if (!image_bytes_new(&sheet, RUNS * (panel + margin) + margin, below + caption + print, 250)) {
+    if (image_bytes_new(&sheet, RUNS * (panel + margin) + margin, below + caption + print, 250)) {
         fail(1, "out of memory");
     }
     for (int i = 0; i < RUNS; i++) {

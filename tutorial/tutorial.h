@@ -88,9 +88,9 @@ static inline sheet sheet_begin(int argc, char **argv, int panels, int width, in
     const char *wrong = image_font_open(&s.font);
     int full_width = columns * (width + SHEET_GAP) + SHEET_GAP;
     int full_height = rows * (height + SHEET_TITLE) + SHEET_GAP;
-    if (wrong || !image_bytes_new(&s.pixels, full_width, full_height, 250)) {
-        const char *reason = wrong ? wrong : "no memory for the picture";
-        fprintf(stderr, "%s: %s: %s\n", argv[0], FONT_FILE, reason);
+    if (!wrong) wrong = image_bytes_new(&s.pixels, full_width, full_height, 250);
+    if (wrong) {
+        fprintf(stderr, "%s: %s: %s\n", argv[0], FONT_FILE, wrong);
         exit(1);
     }
     return s;
@@ -150,7 +150,7 @@ static inline void sheet_title(sheet *s, int panel, const char *text) {
     sheet_label(s, panel, s->width / 2, -9, "%s", text);
 }
 static inline int sheet_end(sheet *s) {
-    int good = image_write_png(&s->pixels, s->file);
+    int good = !image_write_png(&s->pixels, s->file);
 
     good &= fclose(s->file) == 0;
     if (!good) fprintf(stderr, "%s: could not be written to the end\n", s->name);

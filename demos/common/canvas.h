@@ -351,8 +351,8 @@ static inline void canvas_show(canvas *c) {
 // What is drawn so far, before it is shown: afterwards OpenGL promises nothing. NULL, or why there
 // is no picture.
 static inline const char *canvas_read(canvas *c, image_bytes *out) {
-    if (!image_bytes_new(out, c->pixel_width, c->pixel_height, 0))
-        return "does not fit into memory";
+    const char *wrong = image_bytes_new(out, c->pixel_width, c->pixel_height, 0);
+    if (wrong) return wrong;
     canvas_use(c, 0);
     c->gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     c->gl.ReadPixels(0, 0, c->pixel_width, c->pixel_height, GL_RGB, GL_UNSIGNED_BYTE, out->rgb);

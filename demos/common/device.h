@@ -16,8 +16,8 @@
 #include "image.h"
 #include "tracer_cl.h"
 
-#define DEVICE_BAND                                                                                \
-    131072 // samples in one launch: enough to hide its cost, short enough to see it move
+// Samples in one launch: enough to hide its cost, short enough to see it move.
+#define DEVICE_BAND 131072
 
 #ifdef _OPENMP
 static inline int device_thread(void) { return omp_get_thread_num(); }

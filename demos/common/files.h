@@ -130,14 +130,14 @@ static inline const char *output_begin(output *o, const char *path) {
     return wrong;
 }
 
-// `good`: all was written that was to be.
-static inline const char *output_end(output *o, int good) {
-    const char *wrong = NULL;
-    good &= !ferror(o->file);
-    good &= fclose(o->file) == 0;
-    if (good && o->beside) good = rename(o->beside, o->target) == 0;
-    if (!good) wrong = errno ? strerror(errno) : "could not be written to the end";
-    if (!good && o->beside) unlink(o->beside);
+// `wrong`: NULL, or why not all was written that was to be. The system's reason comes first.
+static inline const char *output_end(output *o, const char *wrong) {
+    int cut = ferror(o->file) != 0;
+    cut |= fclose(o->file) != 0;
+    if (cut && !wrong) wrong = IMAGE_CUT;
+    if (!wrong && o->beside && rename(o->beside, o->target) != 0) wrong = IMAGE_CUT;
+    if (wrong && errno) wrong = strerror(errno);
+    if (wrong && o->beside) unlink(o->beside);
     output_free(o);
     return wrong;
 }

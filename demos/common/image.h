@@ -3,10 +3,8 @@
 //
 // FONT_FILE is the TrueType font of the captions, named when the program is built.
 //
-// The type of a result says what it means, here and in all of demos/common and cl/. A text: NULL
-// for success, or a short reason to print after the file's name. An int: 1 for yes or success, 0
-// for no; what fails so can fail in one way only (no memory, or a write), or keeps its reason where
-// the module says. A pointer to anything else: NULL when it could not be made.
+// What can fail returns a text, here and in all of demos/common: NULL for success, or a short reason
+// to print after the file's name. An int answers a question: 1 for yes, 0 for no.
 #ifndef IMAGE_H
 #define IMAGE_H
 
@@ -26,6 +24,9 @@
 
 #define IMAGE_MAX_SIDE 16384
 #define IMAGE_MAX_NOTE (1 << 27) // bytes of text behind a PFM's pixels
+
+#define IMAGE_NO_ROOM "it does not fit into memory"
+#define IMAGE_CUT     "could not be written to the end"
 
 // Linear RGB, rows from the top, three floats a pixel.
 typedef struct image {
@@ -48,19 +49,20 @@ static inline size_t image_count(int width, int height) {
     return (size_t)width * (size_t)height * 3u;
 }
 
-static inline int image_new(image *out, int width, int height) {
+static inline const char *image_new(image *out, int width, int height) {
     out->width = width;
     out->height = height;
     out->rgb = (float *)calloc(image_count(width, height), sizeof *out->rgb);
-    return out->rgb != NULL;
+    return out->rgb ? NULL : IMAGE_NO_ROOM;
 }
 
-static inline int image_bytes_new(image_bytes *out, int width, int height, unsigned char grey) {
+static inline const char *image_bytes_new(image_bytes *out, int width, int height,
+                                          unsigned char grey) {
     out->width = width;
     out->height = height;
     out->rgb = (unsigned char *)malloc(image_count(width, height));
     if (out->rgb) memset(out->rgb, grey, image_count(width, height));
-    return out->rgb != NULL;
+    return out->rgb ? NULL : IMAGE_NO_ROOM;
 }
 
 // ---- Files
@@ -76,8 +78,8 @@ static inline float image_float(const unsigned char *b, int little) {
 }
 
 // `note` is text to stand behind the pixels, where readers of the format do not look; NULL for
-// none. Returns whether all was written.
-static inline int image_write_pfm(const image *in, FILE *file, const char *note) {
+// none.
+static inline const char *image_write_pfm(const image *in, FILE *file, const char *note) {
     int good = fprintf(file, "PF\n%d %d\n-1.0\n", in->width, in->height) > 0;
     for (int y = in->height - 1; y >= 0; y--) { // the format stores rows from the bottom
         const float *row = in->rgb + image_count(in->width, y);
@@ -90,7 +92,7 @@ static inline int image_write_pfm(const image *in, FILE *file, const char *note)
         }
     }
     if (note) good &= fputs(note, file) >= 0;
-    return good;
+    return good ? NULL : IMAGE_CUT;
 }
 
 static inline const char *image_read_header(image *out, FILE *file, int *little) {
@@ -105,7 +107,7 @@ static inline const char *image_read_header(image *out, FILE *file, int *little)
     if (width < 1 || height < 1 || width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE)
         return "it has a size out of range";
     *little = scale < 0.0;
-    return image_new(out, width, height) ? NULL : "it does not fit into memory";
+    return image_new(out, width, height);
 }
 
 static inline const char *image_read_pixels(image *out, FILE *file, int little) {
@@ -165,12 +167,11 @@ static inline void image_drain(void *sink, void *bytes, int count) {
     s->good &= fwrite(bytes, 1, (size_t)count, s->file) == (size_t)count;
 }
 
-// Returns whether all was written.
-static inline int image_write_png(const image_bytes *in, FILE *file) {
+static inline const char *image_write_png(const image_bytes *in, FILE *file) {
     image_sink sink = {file, 1};
     int made = stbi_write_png_to_func(image_drain, &sink, in->width, in->height, 3, in->rgb,
                                       3 * in->width);
-    return made && sink.good;
+    return made && sink.good ? NULL : IMAGE_CUT;
 }
 
 // ---- Tone

@@ -17,16 +17,16 @@
 
 #include "scene.h"
 
-#define MESH_RADIUS                                                                                \
-    1.2 // half the diagonal of the bounding box, in scene units: the size of the demo scenes'
-        // objects
-#define MESH_CREASE                                                                                \
-    0.6f // cosine of the angle between faces up to which shading is smooth across their edge
-#define MESH_CROWD                                                                                 \
-    256 // faces: a vertex of more, such as a globe's pole, is not smoothed: that is work by their
-        // square
-#define MESH_MOST 100000000u // triangles
-#define MESH_NONE 0xffffffffu
+// Half the diagonal of the bounding box, in scene units: the size of the demo scenes' objects.
+#define MESH_RADIUS 1.2
+// Cosine of the angle between faces up to which shading is smooth across their edge.
+#define MESH_CREASE 0.6f
+// Faces: a vertex of more, such as a globe's pole, is not smoothed. That is work by their square.
+#define MESH_CROWD 256
+#define MESH_MOST  100000000u // triangles
+#define MESH_NONE  0xffffffffu
+
+#define MESH_NO_ROOM "does not fit into memory"
 
 typedef struct triangle_mesh {
     uint32_t vertices, triangles;
@@ -45,7 +45,7 @@ typedef struct mesh_set {
     uint32_t *slot, mask, count, (*key)[3];
 } mesh_set;
 
-static inline int mesh_set_new(mesh_set *set, size_t most) {
+static inline const char *mesh_set_new(mesh_set *set, size_t most) {
     size_t slots = 16;
     while (slots < 2 * most) slots *= 2;
     memset(set, 0, sizeof *set);
@@ -53,7 +53,7 @@ static inline int mesh_set_new(mesh_set *set, size_t most) {
     set->key = (uint32_t(*)[3])malloc((most + 1) * sizeof *set->key);
     set->mask = (uint32_t)(slots - 1);
     if (set->slot) memset(set->slot, 0xff, slots * sizeof *set->slot);
-    return set->slot && set->key;
+    return set->slot && set->key ? NULL : MESH_NO_ROOM;
 }
 static inline void mesh_set_free(mesh_set *set) {
     free(set->slot);
@@ -167,7 +167,7 @@ static inline void mesh_orient(const triangle_mesh *m, const mesh_edge *edge,
 static inline const char *mesh_find_outside(triangle_mesh *m) {
     size_t corners = 3 * (size_t)m->triangles;
     mesh_set set;
-    int good = mesh_set_new(&set, corners);
+    int good = !mesh_set_new(&set, corners);
     mesh_edge *edge = (mesh_edge *)calloc(corners, sizeof *edge);
     uint32_t *edge_of = (uint32_t *)malloc(corners * sizeof *edge_of);
     uint32_t *list = (uint32_t *)malloc(m->triangles * sizeof *list);
@@ -191,7 +191,7 @@ static inline const char *mesh_find_outside(triangle_mesh *m) {
     free(edge_of);
     free(list);
     free(flip);
-    return good ? NULL : "does not fit into memory";
+    return good ? NULL : MESH_NO_ROOM;
 }
 
 // ---- Shading normals: at each corner the mean of the faces about the vertex, weighted by their
@@ -232,7 +232,7 @@ static inline const char *mesh_smooth(triangle_mesh *m) {
         mesh_smooth_vertex(m, list + first[v], first[v + 1] - first[v]);
     free(first);
     free(list);
-    return good ? NULL : "does not fit into memory";
+    return good ? NULL : MESH_NO_ROOM;
 }
 
 // ---- Making one
@@ -320,9 +320,10 @@ static inline const char *mesh_make(triangle_mesh *m, const float *xyz, size_t v
     m->unit = 2.0 * MESH_RADIUS / diagonal;
     m->corner = (uint32_t *)malloc(3 * triangles * sizeof *m->corner);
     m->position = (sss_vec3 *)malloc((3 * triangles + 1) * sizeof *m->position);
-    const char *wrong = "does not fit into memory";
-    if (mesh_set_new(&places, 3 * triangles) && mesh_set_new(&faces, triangles) && m->corner &&
-        m->position) {
+    const char *wrong = mesh_set_new(&places, 3 * triangles);
+    if (!wrong) wrong = mesh_set_new(&faces, triangles);
+    if (!m->corner || !m->position) wrong = MESH_NO_ROOM;
+    if (!wrong) {
         mesh_weld(m, &places, &faces, xyz, vertices, corner, triangles, from);
         wrong = m->triangles ? mesh_find_outside(m) : "has no triangles with an area";
         if (!wrong) wrong = mesh_smooth(m);

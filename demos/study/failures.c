@@ -353,7 +353,7 @@ static double truth_hair(const scene *s, double radius) {
 static void write_picture(const image *in, int which, const char *side, float exposure) {
     char path[1024];
     image_bytes bytes;
-    if (!image_bytes_new(&bytes, in->width, in->height, 0)) fail(1, "out of memory");
+    if (image_bytes_new(&bytes, in->width, in->height, 0)) fail(1, "out of memory");
     image_blit(&bytes, in, exposure, 0, 0);
     snprintf(path, sizeof path, "%s-%s-%s.png", out, panels[which].name, side);
     const char *wrong = file_write_png(path, &bytes);
@@ -380,7 +380,7 @@ static void shoot(const scene *s, const method *k, int size, int x, int y, uint3
 static void take_picture(const scene *s, const method *k, int which, const char *side, int spp) {
     image picture;
     int size = quick ? 60 : 400;
-    if (!image_new(&picture, size, size)) fail(1, "out of memory");
+    if (image_new(&picture, size, size)) fail(1, "out of memory");
 #pragma omp parallel for schedule(dynamic)
     for (int y = 0; y < size; y++)
         for (int i = 0; i < spp * size; i++)
@@ -550,7 +550,7 @@ static void show_wall(void) {
         tracer_settings settings = wall_settings(TRACER_RESAMPLED, hinted, size);
         image picture;
         t[hinted] = measure_wall(&s, settings, lookups_of(400000));
-        if (!image_new(&picture, size, size)) fail(1, "out of memory");
+        if (image_new(&picture, size, size)) fail(1, "out of memory");
 #pragma omp parallel for schedule(dynamic)
         for (int y = 0; y < size; y++)
             for (int i = 0; i < spp * size; i++) {

@@ -16,8 +16,8 @@
 
 #include "demos/common/tracer.h"
 
-#define WALK_MAX_SCATTERINGS                                                                       \
-    100000 // a guard against media without absorption; no walk of ours comes near
+// A guard against media without absorption; no walk of ours comes near.
+#define WALK_MAX_SCATTERINGS 100000
 
 typedef struct walk_medium {
     double extinction[3], albedo[3]; // 1/length, and of a single scattering

@@ -69,7 +69,7 @@ static void add_pixels(const scene *s, tracer_settings settings, uint32_t sample
 
 static image render(const scene *s, tracer_settings settings, int count) {
     image part;
-    if (!image_new(&part, SIDE, SIDE)) fail(1, "out of memory");
+    if (image_new(&part, SIDE, SIDE)) fail(1, "out of memory");
     for (uint32_t k = 0; k < (uint32_t)count; k++) {
         if (tracer_tile_side(settings) > 1) add_tiles(s, settings, k, &part);
         else add_pixels(s, settings, k, &part);
@@ -126,7 +126,7 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
     const char *wrong = image_font_open(&font);
     if (wrong) fail(1, "cannot read the font %s: %s", FONT_FILE, wrong);
     int height = 2 * panel + 3 * MARGIN + CAPTION;
-    if (!image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250))
+    if (image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250))
         fail(1, "out of memory");
     for (int i = 0; i < PANELS; i++) {
         char line[120];
