@@ -26,11 +26,12 @@ static double own_integral(int channel) {
 
 static void lookup(const sss_medium *m, uint32_t seed, float picked[3], float every[3]) {
     sss_vec3 x = entry_position();
+    sss_resampler s;
+    sss_probe probe;
+    sss_exit exit;
 
     for (int c = 0; c < 3; ++c) picked[c] = every[c] = 0.0f;
-    sss_resampler s;
     sss_begin(&s, m, NULL, x, entry_normal(), seed);
-    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
         int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
@@ -43,7 +44,6 @@ static void lookup(const sss_medium *m, uint32_t seed, float picked[3], float ev
             sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
         }
     }
-    sss_exit exit;
     if (!sss_finish(&s, &exit)) return;
     for (int c = 0; c < 3; ++c) {
         float r = distance(x, exit.position), theirs = sss_profile(m, c, r);
@@ -56,13 +56,13 @@ int main(void) {
     static const char *const name[3] = {"red", "green", "blue"};
     static const float albedo[3] = {1.0f, 1.0f, 1.0f}; /* only its lengths matter here */
     static tally picked[3], every[3];
-    float dmfp[3];
+    float dmfp[3], weight[2][3];
+    sss_medium near_enough;
+    char line[32];
 
     /* Burley's d = dmfp / 23.7 at albedo 1: two thirds of the Gaussian's width. */
     for (int c = 0; c < 3; ++c) dmfp[c] = 23.7f * 0.67f * width[c];
-    sss_medium near_enough;
     if (sss_burley(&near_enough, albedo, dmfp) != SSS_OK) return 1;
-    float weight[2][3];
     for (uint32_t i = 0; i < LOOKUPS; ++i) {
         lookup(&near_enough, sss_hash(2, i), weight[0], weight[1]);
         for (int c = 0; c < 3; ++c) {
@@ -70,7 +70,6 @@ int main(void) {
             tally_add(&every[c], (double)weight[1][c]);
         }
     }
-    char line[32];
     for (int c = 0; c < 3; ++c) {
         snprintf(line, sizeof line, "picked exit, %s", name[c]);
         tally_print(&picked[c], line, own_integral(c));

@@ -36,11 +36,12 @@ static int ball_hits(sss_vec3 origin, sss_vec3 direction, float most, int moved,
 static void lookup(const sss_medium *m, uint32_t seed, int moved, float weight[3]) {
     sss_vec3 entry = vec(0.36f * RADIUS, 0.48f * RADIUS, 0.8f * RADIUS);
     sss_resampler s;
-
-    sss_begin(&s, m, NULL, entry, entry, seed);
     sss_probe p;
+    sss_exit exit;
     float t[2];
     int i;
+
+    sss_begin(&s, m, NULL, entry, entry, seed);
     while (sss_next_probe(&s, &p)) {
         int count = ball_hits(p.origin, p.direction, p.length, moved, t);
 
@@ -52,7 +53,6 @@ static void lookup(const sss_medium *m, uint32_t seed, int moved, float weight[3
             sss_add_hit(&s, y, y, 1.0f);
         }
     }
-    sss_exit exit;
     i = sss_finish(&s, &exit);
     memset(weight, 0, 3 * sizeof *weight);
     if (i) memcpy(weight, exit.weight, sizeof exit.weight);
@@ -66,10 +66,9 @@ int main(void) {
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
     for (uint32_t i = 0; i < 8u * LOOKUPS; ++i) {
-        float moved[3];
+        float moved[3], not_moved[3];
 
         lookup(&m, sss_hash(8, i), 1, moved);
-        float not_moved[3];
         lookup(&m, sss_hash(8, i), 0, not_moved);
         for (int c = 0; c < 3; ++c) tally_add(&mean[c], (double)moved[c]);
         tally_add(&loss, (double)not_moved[2] - (double)moved[2]);

@@ -7,9 +7,9 @@
 
 static int lookup(const sss_medium *wax, uint32_t seed, sss_exit *exit) {
     sss_resampler s;
+    sss_probe probe;
 
     sss_begin(&s, wax, NULL, entry_position(), entry_normal(), seed);
-    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit;
         float least = 0.0f;

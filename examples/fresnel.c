@@ -111,10 +111,11 @@ int main(void) {
         uint32_t state = sss_hash(sss_hash(4, i), 1);
         float inside = 0.0f;
         sss_resampler s;
+        sss_probe probe;
+        sss_exit exit;
+        ray_hit hit;
 
         sss_begin(&s, &m, NULL, entry_position(), entry_normal(), sss_hash(4, i));
-        sss_probe probe;
-        ray_hit hit;
         while (sss_next_probe(&s, &probe)) {
             float least = 0.0f;
 
@@ -123,7 +124,6 @@ int main(void) {
                 least = nextafterf(hit.t, HUGE_VALF);
             }
         }
-        sss_exit exit;
         if (sss_finish(&s, &exit)) inside = exit.weight[0] * light_in(&exit, c, &state);
         tally_add(&seen, (double)(reflected + (1.0f - reflected) * inside));
 

@@ -42,9 +42,10 @@ static int probe_hits(const sss_probe *p, fault f, ray_hit *hits) {
 
 static float lookup(const sss_medium *m, fault f, uint32_t seed) {
     sss_resampler s;
+    sss_probe probe;
+    sss_exit exit;
 
     sss_begin(&s, m, NULL, entry_position(), entry_normal(), seed);
-    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hits[2 * MOST_HITS];
         int count = probe_hits(&probe, f, hits);
@@ -54,21 +55,20 @@ static float lookup(const sss_medium *m, fault f, uint32_t seed) {
             if (f == TWICE) sss_add_hit(&s, hits[i].position, hits[i].normal, 1.0f);
         }
     }
-    sss_exit exit;
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 
 static float walk(const sss_medium *m, uint32_t seed) {
     sss_plan plan = {1, 1, SSS_WALK, 0, 0, 0};
     sss_resampler s;
+    sss_probe segment;
+    sss_exit exit;
+    ray_hit hit;
 
     sss_begin(&s, m, &plan, entry_position(), entry_normal(), seed);
-    sss_probe segment;
-    ray_hit hit;
     while (sss_next_probe(&s, &segment))
         if (closest_hit(SLAB, segment.origin, segment.direction, 0.0f, segment.length, &hit))
             sss_add_hit(&s, hit.position, hit.normal, 1.0f);
-    sss_exit exit;
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 

@@ -37,9 +37,10 @@ static float hint(sss_vec3 p, sss_vec3 n, float floor_of_hint) {
 
 static float lookup(const sss_medium *m, float floor_of_hint, uint32_t seed) {
     sss_resampler s;
+    sss_probe probe;
+    sss_exit exit;
 
     sss_begin(&s, m, NULL, entry_position(), entry_normal(), seed);
-    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
         int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
@@ -51,7 +52,6 @@ static float lookup(const sss_medium *m, float floor_of_hint, uint32_t seed) {
             sss_add_hit(&s, hit[k].position, hit[k].normal, light);
         }
     }
-    sss_exit exit;
     if (!sss_finish(&s, &exit)) return 0.0f;
     return exit.weight[0] * irradiance(exit.position, exit.normal);
 }
@@ -93,10 +93,10 @@ int main(void) {
     double right = truth(&m);
     for (int k = 0; k < 6; ++k) {
         tally t = {0.0, 0.0, 0};
+        char line[64];
 
         for (uint32_t i = 0; i < 2u * LOOKUPS; ++i)
             tally_add(&t, (double)lookup(&m, of_sky[k] * SKY, sss_hash(7u + (uint32_t)k, i)));
-        char line[64];
         snprintf(line, sizeof line, k ? "floor %g times the sky" : "no hint", (double)of_sky[k]);
         tally_print(&t, line, right);
     }

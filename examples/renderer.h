@@ -73,10 +73,10 @@ static inline int meets(int object, int i, sss_vec3 origin, sss_vec3 direction, 
 /* The nearest hit on one object with least <= t <= most; 0 for none. */
 static inline int closest_hit(int object, sss_vec3 origin, sss_vec3 direction, float least,
                               float most, ray_hit *hit) {
+    ray_hit other;
     int found = 0;
 
     memset(hit, 0, sizeof *hit);
-    ray_hit other;
     for (int i = 0; i < 12; ++i) {
         if (!meets(object, i, origin, direction, &other)) continue;
         if (!(other.t >= least && other.t <= most)) continue;

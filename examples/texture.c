@@ -46,16 +46,16 @@ int main(void) {
     for (uint32_t i = 0; i < LOOKUPS; ++i) {
         const sss_medium *here = medium_at(entry_position());
         sss_resampler s;
+        sss_probe probe;
+        sss_exit exit;
+        ray_hit hit[MOST_HITS];
 
         sss_begin(&s, here, NULL, entry_position(), entry_normal(), sss_hash(3, i));
-        sss_probe probe;
-        ray_hit hit[MOST_HITS];
         while (sss_next_probe(&s, &probe)) {
             int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
 
             for (int k = 0; k < count; ++k) sss_add_hit(&s, hit[k].position, hit[k].normal, 1.0f);
         }
-        sss_exit exit;
         int found = sss_finish(&s, &exit);
         for (int c = 0; c < 3; ++c) {
             float r = found ? distance(entry_position(), exit.position) : 0.0f;

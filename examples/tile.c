@@ -20,9 +20,9 @@ static sss_vec3 pixel_position(int i) {
 
 static void lookup(const sss_medium *wax, int i, uint32_t seed, pixel *p) {
     sss_resampler s;
+    sss_probe probe;
 
     sss_begin(&s, wax, NULL, pixel_position(i), entry_normal(), seed);
-    sss_probe probe;
     while (sss_next_probe(&s, &probe)) {
         ray_hit hit[MOST_HITS];
         int count = all_hits(SLAB, probe.origin, probe.direction, probe.length, hit);
@@ -40,10 +40,10 @@ static float irradiance(const sss_exit *exit) {
 int main(void) {
     static const float albedo[3] = {0.9f, 0.6f, 0.3f}, dmfp[3] = {1.0f, 0.5f, 0.25f};
     static tally own, shared;
+    sss_entry entry[PIXELS];
     sss_medium wax;
 
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
-    sss_entry entry[PIXELS];
     for (int i = 0; i < PIXELS; ++i) {
         entry[i].position = pixel_position(i);
         entry[i].medium = &wax;
@@ -54,9 +54,10 @@ int main(void) {
 
         for (int i = 0; i < PIXELS; ++i) lookup(&wax, i, sss_hash((uint32_t)i, tile), &pixels[i]);
         for (int i = 0; i < PIXELS; ++i) {
+            float weight[PIXELS][3];
+
             if (!pixels[i].found) continue;
             float light = irradiance(&pixels[i].exit); /* shaded once, for all */
-            float weight[PIXELS][3];
             sss_share(&pixels[i].exit, entry, PIXELS, i, PIXEL, weight);
             for (int k = 0; k < PIXELS; ++k) sum[k] += weight[k][0] * light;
         }

@@ -14,14 +14,14 @@ int main(void) {
     if (sss_burley(&wax, albedo, dmfp) != SSS_OK) return 1;
     for (uint32_t i = 0; i < LOOKUPS; ++i) {
         sss_resampler s;
+        sss_probe segment;
+        sss_exit exit;
+        ray_hit hit;
 
         sss_begin(&s, &wax, &plan, entry_position(), entry_normal(), sss_hash(1, i));
-        sss_probe segment;
-        ray_hit hit;
         while (sss_next_probe(&s, &segment))
             if (closest_hit(SLAB, segment.origin, segment.direction, 0.0f, segment.length, &hit))
                 sss_add_hit(&s, hit.position, hit.normal, 1.0f);
-        sss_exit exit;
         int found = sss_finish(&s, &exit);
         for (int c = 0; c < 3; ++c) tally_add(&channel[c], found ? (double)exit.weight[c] : 0.0);
     }

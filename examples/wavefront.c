@@ -29,10 +29,9 @@ static void add_kernel(uint32_t i) {
 static void finish_kernel(uint32_t i) { alive[i] = sss_finish(&state[i], &exits[i]); }
 
 static void wave(uint32_t first) {
-    uint32_t i;
+    uint32_t i, busy;
 
     for (i = 0; i < WAVE; ++i) begin_kernel(i, first);
-    uint32_t busy;
     do {
         for (i = 0; i < WAVE; ++i) probe_kernel(i);
         for (i = 0; i < WAVE; ++i) trace_kernel(i);

@@ -228,38 +228,18 @@ typedef struct mean_case {
     st_hint *hint;
 } mean_case;
 
+/* clang-format off */
 static const mean_case means[] = {
     {ST_PLANE, BURLEY, 8, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, NULL},
     {ST_PLANE, DIPOLE, 8, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
-    {ST_SPHERE,
-     BURLEY,
-     8,
-     0,
-     0u,
-     {1.0f, 0.1f, 0.01f},
-     {0.9f, 0.6f, 0.3f},
-     st_light_spot,
+    {ST_SPHERE, BURLEY, 8, 0, 0u, {1.0f, 0.1f, 0.01f}, {0.9f, 0.6f, 0.3f}, st_light_spot,
      hint_spot},
     {ST_SPHERE, BETTER, 3, 0, 0u, {1.0f, 0.3f, 0.1f}, {0.9f, 0.6f, 0.3f}, st_light_one, NULL},
     {ST_SLAB, BURLEY, 8, 1, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
     {ST_SLAB, DIPOLE, 1, 0, SSS_CHORD, {1.0f, 0.5f, 0.2f}, {0.9f, 0.6f, 0.3f}, st_light_one, NULL},
-    {ST_EDGE,
-     BURLEY,
-     8,
-     0,
-     0u,
-     {0.3f, 1.0f, 0.1f},
-     {0.3f, 0.9f, 0.6f},
-     st_light_shadow,
+    {ST_EDGE, BURLEY, 8, 0, 0u, {0.3f, 1.0f, 0.1f}, {0.3f, 0.9f, 0.6f}, st_light_shadow,
      hint_shadow},
-    {ST_STACK,
-     BURLEY,
-     8,
-     0,
-     15u,
-     {1.0f, 0.2f, 0.04f},
-     {0.9f, 0.6f, 0.3f},
-     st_light_spot,
+    {ST_STACK, BURLEY, 8, 0, 15u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot,
      hint_spot},
     {ST_CYLINDER, BURLEY, 13, 0, 0u, {1.0f, 0.2f, 0.04f}, {0.9f, 0.6f, 0.3f}, st_light_spot, NULL},
     {ST_PLANE, BURLEY, 8, 0, 0u, {1.0f, 0.0f, 0.1f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
@@ -268,6 +248,7 @@ static const mean_case means[] = {
     {ST_PLANE, BURLEY, 8, 0, 0u, {1.0f, 1.0f, 1.0f}, {0.9f, 0.6f, 0.3f}, st_light_spot, hint_spot},
     {ST_EDGE, DIPOLE, 64, 0, 0u, {0.3f, 1.0f, 0.1f}, {0.3f, 0.9f, 0.6f}, st_light_spot, hint_spot},
 };
+/* clang-format on */
 enum { MEANS = sizeof means / sizeof *means };
 
 /* Channel by channel, and exits in a lookup. */
