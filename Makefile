@@ -41,14 +41,15 @@ CHARTS   := race which hints model mesh
 PYTHON   ?= /usr/bin/python3
 FUZZ_MINUTES ?= 1
 
-.PHONY: help setup setup-long all mesh has-mesh demo pictures test-pictures test test-long run-test run-test-long test-mutants test-table fuzz coverage \
+.PHONY: help setup setup-long all mesh has-mesh demo pictures measure test-pictures test test-long run-test run-test-long test-mutants test-table fuzz coverage \
     mix tile chart which-model model-error failures bench tutorial install clean
 help:
 	@echo 'make setup         install what is missing, from Debian packages (as root or through sudo)'
 	@echo 'make demo          render a rabbit by five methods in the same time: build/demo.png;'
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
-	@echo 'make pictures      make the pictures of the README anew'
+	@echo 'make measure       measure anew what the READMEs quote, and fill it in (10 minutes)'
+	@echo 'make pictures      the same, and their pictures'
 	@echo 'make test          build the tests and run them, 4 to 5 minutes; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
@@ -167,11 +168,20 @@ demo: build/render build/noise
 	build/render --compare --scene rabbit --size 300x360 --seed 2 --png build/demo.png
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then build/noise; else build/noise --headless --png build/noise.png; fi
 
-pictures: build/render build/exit_points build/share failures which-model
-	build/share demos/study/share.png
+pictures: build/exit_points failures which-model measure
 	cp build/failures.png build/failures-four.png demos/study/
-	build/render --compare --scene rabbit --size 300x360 --seed 2 --png demos/rabbit.png
 	build/exit_points --headless --png demos/exit_points.png
+
+# What the programs print is kept, and fills the figures of the two pages that quote it.
+KEPT := demos/study/measured
+measure: build/render build/share build/mix build/mesh_share build/bench build/bench_exits model-error
+	build/share demos/study/share.png >$(KEPT)/share.txt
+	build/render --compare --scene rabbit --size 300x360 --seed 2 --png demos/rabbit.png >$(KEPT)/rabbit.txt
+	cp build/model_error.txt $(KEPT)/
+	build/mix >$(KEPT)/mix.txt
+	build/mesh_share >$(KEPT)/mesh_share.txt
+	(build/bench; POCL_CACHE_DIR=build/pocl build/bench_exits) >$(KEPT)/bench.txt
+	demos/study/quote.sh README.md demos/study/README.md
 
 # What tests/test_window.sh compares with. Look at it before it is kept.
 test-pictures: build/exit_points build/noise
@@ -190,7 +200,8 @@ tile: build/tile
 	build/tile
 
 model-error: build/model_error
-	build/model_error build/model_error.dat
+	build/model_error build/model_error.dat >build/model_error.txt
+	cat build/model_error.txt
 	gnuplot -e "out='build/model_error'" demos/study/model_error.gp
 	cp build/model_error.png demos/study/
 

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Joins files into one text and prints it as a C array: embed.sh NAME FILE... > NAME.h. What the files include by
-# "name" must come before them, here or in another array, so those lines are taken out.
+# Joins files into one text and prints it as a C array: embed.sh NAME FILE... > NAME.h. What the
+# files include by "name" must come before them, here or in another array, so those lines are taken
+# out.
 # SPDX-License-Identifier: MIT
 set -eu
 name=$1

@@ -838,6 +838,9 @@ static int compare(const options *o) {
             printf(", relative MSE %.4f", runs[i].relative_mse);
         printf("\n");
     }
+    for (int i = RESAMPLED; i <= SHARED && runs[REFERENCE].spp; i++)
+        printf("%s: a squared error %.2g times lower than plain\n", runs[i].method,
+               runs[PLAIN].relative_mse / runs[i].relative_mse);
     int failed = tell_written(o->png, compare_sheet(o, runs, &font));
     if (o->stats) failed |= tell_written(o->stats, write_stats(o, runs, RUNS));
     for (int i = 0; i < RUNS; i++) free(runs[i].picture.rgb);

@@ -68,7 +68,8 @@ help_tells() {
     local option
     "$1" --help >"$work/help" 2>"$work/error" && [ ! -s "$work/error" ] || return 1
     for option in $2; do
-        grep -q -- "--$option" "$work/help" || { echo "--help says nothing of --$option" && return 1; }
+        grep -q -- "--$option" "$work/help" || { echo "--help says nothing of --$option" &&
+            return 1; }
     done
 }
 
@@ -92,5 +93,7 @@ start_display() {
     until_true test -s "$work/display" || return 1
     export DISPLAY=:$(cat "$work/display")
 }
-finds_window() { window=$(xdotool search --onlyvisible --name "$1" 2>/dev/null | head -n 1) && [ -n "$window" ]; }
+finds_window() {
+    window=$(xdotool search --onlyvisible --name "$1" 2>/dev/null | head -n 1) && [ -n "$window" ]
+}
 gone() { ! kill -0 $running 2>/dev/null; }

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Line and branch coverage of sss_resample.h by bits.c and the tests in C that take no long time. Red: a line or branch that is not
-# reached and not listed in tests/coverage.txt, or listed there and reached. Run from the repository's root: make coverage
+# Line and branch coverage of sss_resample.h by bits.c and the tests in C that take no long time.
+# Red: a line or branch that is not reached and not listed in tests/coverage.txt, or listed there
+# and reached. Run from the repository's root: make coverage
 # SPDX-License-Identifier: MIT
 set -u
 tests="profiles robust fuzz"
@@ -17,7 +18,8 @@ count() { # SOURCE [LIBRARY]: builds and runs a program, and leaves its counts
     mkdir "$work/$name"
     # shellcheck disable=SC2086
     gcc $flags '-DDATA_DIR="tests/data"' "$1" -o "$work/$name/$name" ${2:-} -lm &&
-        "$work/$name/$name" --short >"$work/log" 2>&1 || { cat "$work/log"; echo "coverage: $name failed"; exit 1; }
+        "$work/$name/$name" --short >"$work/log" 2>&1 ||
+            { cat "$work/log"; echo "coverage: $name failed"; exit 1; }
     gcov -b -c -t "$work/$name"/*.gcda >"$work/$name.gcov" || exit 1
 }
 count tests/bits.c

@@ -49,7 +49,8 @@ while IFS= read -r line; do
     edit=${rest#* | }
     case $name in *"$only"*) ;; *) continue ;; esac
     total=$((total + 1))
-    sed -e "$edit" sss_resample.h >"$copy/sss_resample.h" || { report "$name" STALE "sed refuses the edit"; exit 1; }
+    sed -e "$edit" sss_resample.h >"$copy/sss_resample.h" ||
+        { report "$name" STALE "sed refuses the edit"; exit 1; }
     if cmp -s sss_resample.h "$copy/sss_resample.h"; then
         report "$name" STALE "the edit changes nothing"
         failures=$((failures + 1))

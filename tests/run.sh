@@ -1,5 +1,6 @@
 #!/bin/bash
-# Runs one test for prove: run.sh TEST [--long]. The test speaks TAP; what it says is kept in build/logs too.
+# Runs one test for prove: run.sh TEST [--long]. The test speaks TAP; what it says is kept in
+# build/logs too.
 # SPDX-License-Identifier: MIT
 logs=${BUILD:-build}/logs
 mkdir -p "$logs"
@@ -12,5 +13,6 @@ export CMOCKA_MESSAGE_OUTPUT=TAP
     *.sh) bash "$@" ;;
     *) "$@" ;;
     esac
-} 2>&1 | sed -u -e 's/^not ok \([0-9]* # SKIP\)/ok \1/' -e '/^# ok - /d' | tee "$logs/$(basename "$1").log"
+} 2>&1 | sed -u -e 's/^not ok \([0-9]* # SKIP\)/ok \1/' -e '/^# ok - /d' |
+    tee "$logs/$(basename "$1").log"
 exit "${PIPESTATUS[0]}"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Fills the column of figures in tests/README.md from the logs of the last `make test`, and fails if a test that the
-# page names has not passed there. Run from the top of the repository; BUILD names where the logs are.
+# Fills the column of figures in tests/README.md from the logs of the last `make test`, and fails if
+# a test that the page names has not passed there. Run from the top of the repository; BUILD names
+# where the logs are.
 # SPDX-License-Identifier: MIT
 set -u
 page=tests/README.md logs=${BUILD:-build}/logs missing=0
@@ -9,12 +10,14 @@ page=tests/README.md logs=${BUILD:-build}/logs missing=0
 while read -r file functions; do
     log=$logs/test_${file%:}.log
     for function in $functions; do
-        grep -qE "^ok [0-9]+ - $function\$" "$log" 2>/dev/null || { echo "$file $function has not passed"; missing=1; }
+        grep -qE "^ok [0-9]+ - $function\$" "$log" 2>/dev/null ||
+            { echo "$file $function has not passed"; missing=1; }
     done
 done < <(grep -o '`[a-z_]*: [a-z_0-9 ]*`' "$page" | tr -d '`' | sort -u)
 for script in $(grep -o '`[a-z_]*\.sh`' "$page" | tr -d '`' | sort -u); do
     log=$logs/test_$script.log
-    grep -qE '^1\.\.[1-9]' "$log" 2>/dev/null && ! grep -q '^not ok' "$log" || { echo "$script has not passed"; missing=1; }
+    grep -qE '^1\.\.[1-9]' "$log" 2>/dev/null && ! grep -q '^not ok' "$log" ||
+        { echo "$script has not passed"; missing=1; }
 done
 [ $missing = 0 ] || exit 1
 
@@ -46,7 +49,8 @@ figures() {
 }
 # One line of them, without where the worst cases were.
 join() {
-    tr -s ' ' | sed 's/^ //; s/[;.]*$//; s/ at [-+0-9.e]*,/,/; s/|//g' | paste -sd';' | sed 's/;\([^ ]\)/; \1/g; s/:;/:/g'
+    tr -s ' ' | sed 's/^ //; s/[;.]*$//; s/ at [-+0-9.e]*,/,/; s/|//g' | paste -sd';' |
+        sed 's/;\([^ ]\)/; \1/g; s/:;/:/g'
 }
 promises=
 while IFS= read -r line; do

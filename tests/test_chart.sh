@@ -1,7 +1,8 @@
 #!/bin/bash
-# chart --quick does what the long one does: all rows, sane numbers, here of one scene and in the long run of all; it goes
-# on where it was interrupted; the charts are drawn; and the figures of the texts are those of the rows that are kept. Its
-# timings say nothing and are not looked at. tests/test_rivals.c holds the means. Run from the top of the repository.
+# chart --quick does what the long one does: all rows, sane numbers, here of one scene and in the
+# long run of all; it goes on where it was interrupted; the charts are drawn; and the figures of the
+# texts are those of the rows that are kept. Its timings say nothing and are not looked at.
+# tests/test_rivals.c holds the means. Run from the top of the repository.
 # SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
@@ -14,7 +15,8 @@ one_scene() { "$chart" --quick --scene slab --csv "$csv"; }
 whole_run() { "$chart" --quick --csv "$csv"; }
 
 leaves_another_machine() {
-    echo "# chart full, CPU time on another machine" >"$work/other" && cp "$work/other" "$work/other_before"
+    echo "# chart full, CPU time on another machine" >"$work/other" &&
+        cp "$work/other" "$work/other_before"
     refuses 2 "$chart" --quick --csv other && cmp "$work/other" "$work/other_before"
 }
 refuses_another_kind() {
@@ -39,7 +41,8 @@ interrupted_run() {
     cat "$work/error"
     echo "exit code $code, $(rows "$csv") rows"
     cp "$csv" "$work/part"
-    [ $code -eq 130 ] && [ "$(rows "$csv")" -gt 100 ] && grep -q "interrupted; $(rows "$csv") of" "$work/error"
+    [ $code -eq 130 ] && [ "$(rows "$csv")" -gt 100 ] &&
+        grep -q "interrupted; $(rows "$csv") of" "$work/error"
 }
 
 resumed_run() {
@@ -93,21 +96,24 @@ charts_are_drawn() {
         "$python" demos/study/chart.py "$1" "$work/chart-model.dat" demos/study/chart-mesh.csv "$2" || return 1
     local name
     for name in race which hints model mesh; do
-        [ "$(head -c 4 "$2-$name.png" | tail -c 3)" = PNG ] || { echo "no $2-$name.png" && return 1; }
+        [ "$(head -c 4 "$2-$name.png" | tail -c 3)" = PNG ] || { echo "no $2-$name.png" &&
+            return 1; }
         [ "$(wc -c <"$2-$name.png")" -gt 10000 ] || { echo "$2-$name.png is empty" && return 1; }
     done
     ! grep -iwE 'nan|inf' "$2.md" "$2-caption.md"
 }
 
 chart_py_refuses() {
-    refuses 2 "$python" "$PWD/demos/study/chart.py" && refuses 2 "$python" "$PWD/demos/study/chart.py" no/file x y z
+    refuses 2 "$python" "$PWD/demos/study/chart.py" &&
+        refuses 2 "$python" "$PWD/demos/study/chart.py" no/file x y z
 }
 
 # The page and the caption come from the rows, and the README quotes the caption if it shows the
 # picture.
 texts_are_the_figures() {
     charts_are_drawn demos/study/chart.csv "$work/kept" || return 1
-    diff demos/study/chart.md "$work/kept.md" && diff demos/study/chart-caption.md "$work/kept-caption.md" || return 1
+    diff demos/study/chart.md "$work/kept.md" &&
+        diff demos/study/chart-caption.md "$work/kept-caption.md" || return 1
     grep -q 'chart-race.png' README.md || return 0
     local line
     while IFS= read -r line; do
@@ -115,6 +121,17 @@ texts_are_the_figures() {
     done <demos/study/chart-caption.md
 }
 
+# What programs have printed is kept, and the two pages quote it.
+texts_are_what_was_printed() {
+    cat demos/study/measured/*.txt >"$work/printed"
+    local page
+    for page in README.md demos/study/README.md; do
+        awk -v output="$work/printed" -f tutorial/weave.awk "$page" | diff "$page" - || return 1
+    done
+    [ "$(grep -c '<!-- = ' README.md)" -ge 5 ]
+}
+
+check "READMEs quote what the programs printed: make measure" texts_are_what_was_printed
 check "chart --help" sh -c "'$chart' --help | grep -q '^usage: '"
 check "model --help" sh -c "'$model' --help | grep -q '^usage: '"
 check "model_error --help" sh -c "'${model}_error' --help | grep -q '^usage: '"

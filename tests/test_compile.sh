@@ -1,5 +1,6 @@
 #!/bin/bash
-# The header compiles everywhere, and computes the same bits everywhere. Run from the top of the repository.
+# The header compiles everywhere, and computes the same bits everywhere. Run from the top of the
+# repository.
 # SPDX-License-Identifier: MIT
 set -u
 house="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"
@@ -13,7 +14,8 @@ compile_all() {
     local compiler=$1 standard=$2 language=$3 how=-fsyntax-only
     local with="$compiler -x $language -std=$standard $house $exact -I."
     case $standard$in_long_run in c991 | c++111) how="-O3 -c -o $work/bits.o" ;; esac
-    $with -fsyntax-only tests/compile/alone.c && $with -fsyntax-only tests/compile/twice.c && $with $how tests/bits.c
+    $with -fsyntax-only tests/compile/alone.c && $with -fsyntax-only tests/compile/twice.c &&
+        $with $how tests/bits.c
 }
 
 check_languages() { # COMPILERS LANGUAGE STANDARDS
@@ -31,13 +33,16 @@ two_files() {
 }
 
 # Names that <windows.h> and others define as macros.
-no_common_name() { $1 -x "$2" -Wall -Wextra -Wpedantic -Werror -I. -fsyntax-only tests/compile/windows.c; }
+no_common_name() {
+    $1 -x "$2" -Wall -Wextra -Wpedantic -Werror -I. -fsyntax-only tests/compile/windows.c
+}
 
 # Neither -O0 nor -O2 leaves a symbol of the header in an object that does not use it.
 exports_nothing() {
     local compiler=$1 level
     for level in O0 O2; do
-        $compiler -x c -std=c99 -$level $exact -I. -c tests/compile/alone.c -o "$work/alone.o" || return 1
+        $compiler -x c -std=c99 -$level $exact -I. -c tests/compile/alone.c -o "$work/alone.o" ||
+            return 1
         nm "$work/alone.o" | grep -v ' U _GLOBAL_OFFSET_TABLE_$' >"$work/symbols"
         cat "$work/symbols"
         [ ! -s "$work/symbols" ] || return 1
@@ -55,7 +60,8 @@ calls_only_sqrtf() {
 # flush denormals. Other people's builds warn of nothing in all of the interface, also where loops
 # have a single turn.
 bits_of() {
-    "$@" -Wall -Wextra -Werror -I. -c tests/bits.c -o "$work/bits.o" && $1 "$work/bits.o" -o "$work/bits" -lm &&
+    "$@" -Wall -Wextra -Werror -I. -c tests/bits.c -o "$work/bits.o" &&
+        $1 "$work/bits.o" -o "$work/bits" -lm &&
         "$work/bits"
 }
 
@@ -114,10 +120,12 @@ END
 # itself may call.
 bare() {
     local compiler=$1 own
-    own=$(echo '#include <stdint.h>' | $compiler -ffreestanding -E - | sed -n 's,^# 1 "\(.*\)/stdint.h".*,\1,p')
+    own=$(echo '#include <stdint.h>' | $compiler -ffreestanding -E - |
+        sed -n 's,^# 1 "\(.*\)/stdint.h".*,\1,p')
     $compiler -std=c99 -O2 $house $exact -ffreestanding -fno-math-errno -nostdlib -nostdinc -isystem "$own" -I. \
         -c tests/compile/bare.c -o "$work/bare.o" || return 1
-    ! nm -u "$work/bare.o" | awk '{ print $2 }' | grep -vxE 'mem(cpy|set|move)|_GLOBAL_OFFSET_TABLE_'
+    ! nm -u "$work/bare.o" | awk '{ print $2 }' |
+        grep -vxE 'mem(cpy|set|move)|_GLOBAL_OFFSET_TABLE_'
 }
 
 # The header's own words, not some other error.
@@ -142,7 +150,9 @@ check_long_doubles() {
     else skip "floats computed as long doubles are refused" "this is no x86"; fi
 }
 
-with_limit() { gcc -std=c99 -O1 $house $exact "$1" -I. tests/bits.c -o "$work/limit" -lm && "$work/limit"; }
+with_limit() {
+    gcc -std=c99 -O1 $house $exact "$1" -I. tests/bits.c -o "$work/limit" -lm && "$work/limit"
+}
 
 check_opencl() { # STANDARD
     local with="clang -x cl -cl-std=$1 -Xclang -finclude-default-header -fsyntax-only"
@@ -156,7 +166,8 @@ check_opencl() { # STANDARD
 # The first ```c block of README.md, as it stands: whole if it has a main, else as a part.
 readme_compiles() {
     awk '/^```c$/ { inside = 1; next } /^```/ { if (inside) exit } inside' README.md >"$work/readme.c"
-    [ -s "$work/readme.c" ] || { echo "README.md has no block that begins with \`\`\`c" && return 1; }
+    [ -s "$work/readme.c" ] || { echo "README.md has no block that begins with \`\`\`c" &&
+        return 1; }
     if grep -qE '\bmain *\(' "$work/readme.c"; then
         gcc -std=c99 -O1 $house -I. "$work/readme.c" -o "$work/readme" -lm
     else

@@ -1,6 +1,6 @@
 #!/bin/bash
-# The examples agree with closed forms; make builds them. Three of them ask for the same probes and must
-# find the same hits: they print the same digits. Run from the top of the repository.
+# The examples agree with closed forms; make builds them. Three of them ask for the same probes and
+# must find the same hits: they print the same digits. Run from the top of the repository.
 # SPDX-License-Identifier: MIT
 set -u
 house="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Werror"

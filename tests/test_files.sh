@@ -38,7 +38,8 @@ ends() {
 one_fails() { # the other two are there
     ends 1 1 "$render" $small --stats /dev/full --png a.png --pfm a.pfm && holds a.png a.pfm &&
         grep -q 'cannot write /dev/full: No space left' ../error || return 1
-    ends 1 1 "$render" $small --pfm /dev/full --png b.png --stats b.json && [ -s b.png ] && [ -s b.json ]
+    ends 1 1 "$render" $small --pfm /dev/full --png b.png --stats b.json && [ -s b.png ] &&
+        [ -s b.json ]
 }
 
 # A file may grow to 2 KB here: the PFM has more, and what was there stays.
@@ -51,8 +52,10 @@ full_disk() {
 }
 
 links_are_followed() {
-    mkdir there && touch there/old.pfm && ln -s there/old.pfm link.pfm && ln -s there/new.pfm nowhere.pfm || return 1
-    "$render" $small --pfm link.pfm && "$render" $small --pfm nowhere.pfm && [ -L link.pfm ] && [ -L nowhere.pfm ] &&
+    mkdir there && touch there/old.pfm && ln -s there/old.pfm link.pfm &&
+        ln -s there/new.pfm nowhere.pfm || return 1
+    "$render" $small --pfm link.pfm && "$render" $small --pfm nowhere.pfm && [ -L link.pfm ] &&
+        [ -L nowhere.pfm ] &&
         [ -s there/new.pfm ] && cmp there/old.pfm there/new.pfm
 }
 
@@ -64,14 +67,17 @@ others_are_kept() {
 }
 
 rights_are_kept() {
-    touch a.png && chmod 640 a.png && "$render" $small --png a.png && [ "$(stat -c %a a.png)" = 640 ] || return 1
+    touch a.png && chmod 640 a.png && "$render" $small --png a.png &&
+        [ "$(stat -c %a a.png)" = 640 ] || return 1
     (umask 027 && "$render" $small --png b.png) && [ "$(stat -c %a b.png)" = 640 ]
 }
 
 same_file() {
     ln -s a.png link
-    ends 2 1 "$render" $small --png a.png --pfm a.png && ends 2 1 "$render" $small --png a.png --pfm ./a.png &&
-        ends 2 1 "$render" $small --png a.png --stats link && ends 2 1 "$render" $small --pfm link --stats a.png &&
+    ends 2 1 "$render" $small --png a.png --pfm a.png &&
+        ends 2 1 "$render" $small --png a.png --pfm ./a.png &&
+        ends 2 1 "$render" $small --png a.png --stats link &&
+            ends 2 1 "$render" $small --pfm link --stats a.png &&
         holds link
 }
 
@@ -102,7 +108,8 @@ picture_beside() { # PROGRAM WORDS...
     local program=$1
     shift
     mkdir there && ln -s there/a.png link.png && echo mine >there/a.png.part || return 1
-    "$build/$program" "$@" --headless --size 64x36 --png link.png && [ -L link.png ] && [ -s there/a.png ] &&
+    "$build/$program" "$@" --headless --size 64x36 --png link.png && [ -L link.png ] &&
+        [ -s there/a.png ] &&
         [ "$(cat there/a.png.part)" = mine ] && [ "$(ls there | wc -l)" = 2 ] || return 1
     mkfifo pipe && ends 2 1 "$build/$program" "$@" --headless --size 64x36 --png pipe
 }
@@ -140,7 +147,8 @@ interrupted() {
     [ $code = 130 ] && grep -q ': stopped' ../error
 }
 stops_comparing() {
-    interrupted 2 "$render" --compare --size 60x66 --spp 1000000 --png a.png --stats a.json && [ -s a.png ] || return 1
+    interrupted 2 "$render" --compare --size 60x66 --spp 1000000 --png a.png --stats a.json &&
+        [ -s a.png ] || return 1
     cat a.json
     grep -q '"method": "resampled, ' a.json && ! grep -q relative_mse a.json
 }
@@ -170,8 +178,10 @@ bad_pictures() { # as what render is to be measured against, and as a part of a 
     pfm scale_0 "4 4" 0 $one "$note"
     pfm size_wraps "4294967300 4" -1.0 $one "$note"
     for file in nan infinite scale_nan scale_infinite scale_0 size_wraps; do
-        ends 2 1 "$render" --size 4x4 --spp 1 --against $file.pfm --pfm x && ends 2 1 "$render" --merge $file.pfm --pfm x &&
-            ends 2 1 "$build/noise" --headless --against $file.pfm --png x || { echo "it is $file" && return 1; }
+        ends 2 1 "$render" --size 4x4 --spp 1 --against $file.pfm --pfm x &&
+            ends 2 1 "$render" --merge $file.pfm --pfm x &&
+            ends 2 1 "$build/noise" --headless --against $file.pfm --png x ||
+                { echo "it is $file" && return 1; }
     done
     pfm good "4 4" -1.0 $one "$note"
     "$render" --size 4x4 --spp 1 --against good.pfm --pfm x && "$render" --merge good.pfm --pfm x
@@ -186,7 +196,8 @@ bad_notes() {
     done
     pfm a "4 4" -1.0 $one "$note\0more"
     ends 2 1 "$render" --merge a.pfm --pfm x || { echo "it is bytes that are no text" && return 1; }
-    pfm a "4 4" -1.0 $one "samples 0 1 seed 4294967295 of slab burley\n" && "$render" --merge a.pfm --pfm x
+    pfm a "4 4" -1.0 $one "samples 0 1 seed 4294967295 of slab burley\n" &&
+        "$render" --merge a.pfm --pfm x
 }
 
 # 3,000 parts with gaps between them, and another that fits into one: what render says of them has
@@ -199,7 +210,8 @@ many_parts() {
         parts+=($i.pfm)
     done
     pfm gap "4 4" -1.0 $one "samples 1 1 seed 1 of slab burley\n"
-    "$render" --merge "${parts[@]}" --pfm all.pfm && "$render" --merge all.pfm gap.pfm --pfm more.pfm &&
+    "$render" --merge "${parts[@]}" --pfm all.pfm &&
+        "$render" --merge all.pfm gap.pfm --pfm more.pfm &&
         "$render" --merge more.pfm --pfm again.pfm && cmp more.pfm again.pfm || return 1
     [ "$(tail -c +$(($(wc -c <part.pfm) + 1)) more.pfm | head -n 1)" = "samples 0 3 seed 1 of slab burley" ] &&
         ends 2 1 "$render" --merge more.pfm 2998.pfm --pfm x
@@ -208,12 +220,14 @@ many_parts() {
 # No error is defined against black.
 black() {
     pfm black "4 4" -1.0 '\0\0\0\0' "$note"
-    "$render" --size 4x4 --spp 1 --against black.pfm --stats a.json | grep "not defined" && ! grep relative_mse a.json
+    "$render" --size 4x4 --spp 1 --against black.pfm --stats a.json | grep "not defined" &&
+        ! grep relative_mse a.json
 }
 
 pipes_in() {
     pfm good "4 4" -1.0 $one "$note" && mkfifo pipe || return 1
-    ends 2 1 "$render" --size 4x4 --spp 1 --against pipe --pfm x && ends 2 1 "$render" --merge pipe --pfm x &&
+    ends 2 1 "$render" --size 4x4 --spp 1 --against pipe --pfm x &&
+        ends 2 1 "$render" --merge pipe --pfm x &&
         ends 2 1 "$build/noise" --headless --against pipe --png x || return 1
     "$render" --size 4x4 --spp 1 --against <(sleep 1 && cat good.pfm) --pfm x
 }

@@ -1,6 +1,7 @@
 #!/bin/bash
-# failures --quick does what the long one does: each classical way is measurably wrong, the header beside it is not; the
-# page and its pictures are there. Run from the top of the repository, with BUILD naming where the programs are.
+# failures --quick does what the long one does: each classical way is measurably wrong, the header
+# beside it is not; the page and its pictures are there. Run from the top of the repository, with
+# BUILD naming where the programs are.
 # SPDX-License-Identifier: MIT
 set -u
 . tests/check.sh
@@ -52,15 +53,18 @@ claims_hold() {
 }
 
 is_picture() {
-    [ "$(head -c 4 "$1" | tail -c 3)" = PNG ] && [ "$(wc -c <"$1")" -gt "$2" ] || { echo "no picture $1" && return 1; }
+    [ "$(head -c 4 "$1" | tail -c 3)" = PNG ] && [ "$(wc -c <"$1")" -gt "$2" ] ||
+        { echo "no picture $1" && return 1; }
 }
 page_is_whole() {
     local name count=0
     for name in $names; do
-        grep -q "<img src=\"gallery-$name.png\"" "$out.html" || { echo "$name is not on the page" && return 1; }
+        grep -q "<img src=\"gallery-$name.png\"" "$out.html" ||
+            { echo "$name is not on the page" && return 1; }
         count=$((count + 1))
     done
-    ! grep -iE 'nan|[^a-z]inf[^a-z]' "$out.html" && [ "$(grep -c '<figure>' "$out.html")" -eq "$count" ]
+    ! grep -iE 'nan|[^a-z]inf[^a-z]' "$out.html" &&
+        [ "$(grep -c '<figure>' "$out.html")" -eq "$count" ]
 }
 pictures_are_drawn() {
     local name

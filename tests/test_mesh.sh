@@ -8,7 +8,9 @@ mesh=$build/mesh
 models=/usr/share/assimp/models # of Debian's assimp-testmodels
 export OMP_NUM_THREADS=2
 
-has_libraries() { gcc -E -include embree3/rtcore.h -include assimp/cimport.h -x c /dev/null >/dev/null 2>&1; }
+has_libraries() {
+    gcc -E -include embree3/rtcore.h -include assimp/cimport.h -x c /dev/null >/dev/null 2>&1
+}
 if [ ! -x "$mesh" ] && ! has_libraries; then
     skip "build/mesh and build/test_mesh" "make setup installs Embree and assimp"
     finish
@@ -85,7 +87,8 @@ notes() { renders "$2" && grep -q "left out $1 of 4 triangles" "$work/error"; }
 
 # The fault is not the file's if a process or a pipe cannot be had.
 no_pipe() {
-    refuses 2 bash -c 'ulimit -n 4 && exec "$@"' bash "$mesh" $small ball.obj && grep -q ": Too many open files" "$work/error"
+    refuses 2 bash -c 'ulimit -n 4 && exec "$@"' bash "$mesh" $small ball.obj &&
+        grep -q ": Too many open files" "$work/error"
 }
 
 # What does not change where only the numbers in the file do: noise and points, to the digit.
@@ -100,7 +103,8 @@ says_dmfp() {
     local wanted
     wanted=$(awk -v a="$2" -v s="$3" 'BEGIN { split(a, p, ","); split(s, q, ",")
         for (i = 1; i <= 3; i++) printf "%.3g ", 1 / sqrt(3 * p[i] * (p[i] + q[i])) }')
-    renders ball.obj --preset $1 --scale 20 && grep -q "20 mm large, diffuse mean free path ${wanted}mm" "$work/said"
+    renders ball.obj --preset $1 --scale 20 &&
+        grep -q "20 mm large, diffuse mean free path ${wanted}mm" "$work/said"
 }
 
 dmfp_in_units() {
@@ -139,7 +143,9 @@ opens() {
     until_true finds_window "^mesh\$"
 }
 # saves_another KEYS: after these keys W saves a picture that is another than before.
-saves() { rm -f "$work/saved.png" && xdotool key w && until_true test -s "$work/saved.png" && sleep 0.2; }
+saves() {
+    rm -f "$work/saved.png" && xdotool key w && until_true test -s "$work/saved.png" && sleep 0.2
+}
 saves_another() {
     saves && cp "$work/saved.png" "$work/before.png" && xdotool "$@" && saves &&
         ! cmp -s "$work/before.png" "$work/saved.png"

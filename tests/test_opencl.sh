@@ -53,15 +53,18 @@ merge() { # NAME PARTS...
 note() { tail -c 80 "$work/$1.pfm" | LC_ALL=C grep -a -o 'samples .*'; }
 
 halves() { # OPTIONS
-    part whole --spp 16 "$@" && part a --spp 8 "$@" && part b --spp 8 --first-sample 8 "$@" || return 1
+    part whole --spp 16 "$@" && part a --spp 8 "$@" && part b --spp 8 --first-sample 8 "$@" ||
+        return 1
     ! cmp -s "$work/a.pfm" "$work/b.pfm" || return 1
     merge halves a b && "$pfm" same "$work/whole.pfm" "$work/halves.pfm" && note halves || return 1
-    [ "$(note halves)" = "$(note whole)" ] && [ "$(note whole)" = "samples 0 16 seed 1 of slab burley" ]
+    [ "$(note halves)" = "$(note whole)" ] &&
+        [ "$(note whole)" = "samples 0 16 seed 1 of slab burley" ]
 }
 
 # Uneven, in no order, one of them merged before, one of another seed.
 uneven() {
-    part whole --spp 13 && part a --spp 1 && part b --spp 5 --first-sample 1 && part c --spp 7 --first-sample 6 ||
+    part whole --spp 13 && part a --spp 1 && part b --spp 5 --first-sample 1 &&
+        part c --spp 7 --first-sample 6 ||
         return 1
     merge bc c b && merge all bc a && "$pfm" same "$work/whole.pfm" "$work/all.pfm" || return 1
     [ "$(note all)" = "$(note whole)" ] || return 1
@@ -74,13 +77,15 @@ one_part() {
 
 refuse_parts() {
     part a --spp 4 && part b --spp 4 --first-sample 3 && part other --spp 1 --scene bear --seed 9 &&
-        part size --spp 1 --size 17x23 --seed 9 && part profile --spp 1 --profile dipole --seed 9 || return 1
+        part size --spp 1 --size 17x23 --seed 9 &&
+            part profile --spp 1 --profile dipole --seed 9 || return 1
     head -c $((14 + 23 * 17 * 12)) "$work/a.pfm" >"$work/bare.pfm"
     head -c 1000 "$work/a.pfm" >"$work/short.pfm"
     (cat "$work/bare.pfm" && echo "samples 0 0 seed 1 of slab burley") >"$work/none.pfm"
     local wrong
     for wrong in a b other size profile bare short none; do
-        refuses 2 "$render" --merge a.pfm $wrong.pfm --pfm x.pfm || { echo "a with $wrong" && return 1; }
+        refuses 2 "$render" --merge a.pfm $wrong.pfm --pfm x.pfm || { echo "a with $wrong" &&
+            return 1; }
     done
 }
 
@@ -101,7 +106,8 @@ interrupt() { # OPTIONS: the picture holds what its note says, and is the pictur
     count=$(note stopped | cut -d ' ' -f 3)
     lines=$(grep -c 'stopped after' "$work/error")
     echo "exit code $code, $count samples"
-    [ $code -eq 130 ] && [ "$lines" -eq 1 ] && [ "$count" -ge 1 ] && [ "$count" -lt 1000000 ] || return 1
+    [ $code -eq 130 ] && [ "$lines" -eq 1 ] && [ "$count" -ge 1 ] && [ "$count" -lt 1000000 ] ||
+        return 1
     part again --spp "$count" "$@" && cmp "$work/stopped.pfm" "$work/again.pfm"
 }
 
@@ -132,12 +138,14 @@ same_picture() { # SCENE METHOD OPTIONS
 
 # Without sources or the current folder's help.
 works_anywhere() {
-    cp "$render" "$work/renamed" && cd "$work" && ./renamed --device opencl:0 --size 8x8 --spp 1 --png anywhere.png &&
+    cp "$render" "$work/renamed" && cd "$work" &&
+        ./renamed --device opencl:0 --size 8x8 --spp 1 --png anywhere.png &&
         [ -s anywhere.png ]
 }
 
 several_devices() {
-    part one --spp 40 --device cpu && part several --spp 40 --device opencl:all && cmp "$work/one.pfm" "$work/several.pfm"
+    part one --spp 40 --device cpu && part several --spp 40 --device opencl:all &&
+        cmp "$work/one.pfm" "$work/several.pfm"
 }
 
 compares_on_device() {
@@ -169,12 +177,14 @@ names_cache() { # FOLDER
     local code=$?
     cat "$work/error"
     echo "exit code $code"
-    [ $code -ge 1 ] && [ $code -le 3 ] && grep -q "POCL_CACHE_DIR is $1\$" "$work/error" && [ ! -e "$work/x.pfm" ]
+    [ $code -ge 1 ] && [ $code -le 3 ] && grep -q "POCL_CACHE_DIR is $1\$" "$work/error" &&
+        [ ! -e "$work/x.pfm" ]
 }
 
 device=$("$render" --list-devices | grep -q '^opencl:0 ' && echo 1)
 exact=$device
-! "$render" --device opencl --size 1x1 --spp 1 --pfm "$work/one.pfm" 2>&1 | grep -q 'does not round' || exact=
+! "$render" --device opencl --size 1x1 --spp 1 --pfm "$work/one.pfm" 2>&1 |
+    grep -q 'does not round' || exact=
 if [ "$device" ]; then
     check "--list-devices" lists_devices
     check "a program works from any folder" eval "(works_anywhere)"

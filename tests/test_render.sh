@@ -76,7 +76,8 @@ error_is_positive() {
 }
 
 wrong_size_is_refused() {
-    picture first && refuses 2 "$render" --size 20x24 --spp 1 --pfm x.pfm --against "$work/first.pfm"
+    picture first &&
+        refuses 2 "$render" --size 20x24 --spp 1 --pfm x.pfm --against "$work/first.pfm"
 }
 
 not_a_picture_is_refused() {
@@ -98,7 +99,8 @@ means() { # NAME SEED OPTIONS: one line for each picture
     local name=$1 seed=$2 i
     shift 2
     for ((i = 0; i < RUNS; i++)); do
-        "$render" --size 40x44 --spp 20 --seed $((seed + i)) "$@" --pfm "$work/m.pfm" >/dev/null || return 1
+        "$render" --size 40x44 --spp 20 --seed $((seed + i)) "$@" --pfm "$work/m.pfm" >/dev/null ||
+            return 1
         "$pfm" mean "$work/m.pfm" || return 1
     done >"$work/$name.means"
 }

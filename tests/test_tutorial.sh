@@ -39,13 +39,15 @@ ran() { cat "$work/$1.commands" "$work/$1.error" && [ "$(cat "$work/$1.status")"
 # 255 times 1e-6 of them.
 same_figure() {
     local differ worst
-    read -r differ worst < <("$pixels" bytes "build/tutorial/$1.png" "tutorial/$1/figure.png") || return 1
+    read -r differ worst < <("$pixels" bytes "build/tutorial/$1.png" "tutorial/$1/figure.png") ||
+        return 1
     echo "$differ of a million bytes differ, by $worst at most; 255 may, by 1. make tutorial draws the figures anew"
     [ "$differ" -le 255 ] && [ "$worst" -le 1 ]
 }
 same_text() {
     weave "$1" "$work/$1.output" >"$work/text.md" || return 1
-    diff "tutorial/$1/README.md" "$work/text.md" || { echo "make tutorial writes the text anew" && return 1; }
+    diff "tutorial/$1/README.md" "$work/text.md" || { echo "make tutorial writes the text anew" &&
+        return 1; }
 }
 
 check_chapter() {
@@ -76,16 +78,20 @@ exercises_run() {
 warning_free() {
     local compiler slug
     for compiler in gcc clang; do
-        for slug in $slugs; do $compiler $strict -fsyntax-only -I. "tutorial/$slug/main.c" || return 1; done
+        for slug in $slugs; do $compiler $strict -fsyntax-only -I. "tutorial/$slug/main.c" ||
+            return 1; done
     done
 }
 
 # ---- The text
 
 folders_are_listed() {
-    diff <(echo "$slugs" | sort) <(ls tutorial/*/main.c | sed 's|tutorial/\(.*\)/main\.c|\1|' | sort)
+    diff <(echo "$slugs" | sort) <(ls tutorial/*/main.c | sed 's|tutorial/\(.*\)/main\.c|\1|' |
+        sort)
 }
-short_programs() { wc -l tutorial/*/main.c | awk '$2 != "total" && $1 > 150 { print; bad = 1 } END { exit bad }'; }
+short_programs() {
+    wc -l tutorial/*/main.c | awk '$2 != "total" && $1 > 150 { print; bad = 1 } END { exit bad }'
+}
 
 # Title, figure and links of a chapter follow the table of contents.
 in_order() {
@@ -94,9 +100,12 @@ in_order() {
         i=$((i + 1))
         [ "$slug" != opencl ] || i=A # the appendix, which is the last
         title=$(sed -n "s|^$i\. \[\(.*\)\]($slug/README\.md).*|\1|p" tutorial/README.md)
-        [ "$(head -n 1 "tutorial/$slug/README.md")" = "# $i. $title" ] || { echo "title of $slug" && return 1; }
-        grep -q "^_Figure $i\. " "tutorial/$slug/README.md" || { echo "no caption in $slug" && return 1; }
-        [ -z "$before" ] || grep -q "^Next:.*(\.\./$slug/\| Next:.*(\.\./$slug/" "tutorial/$before/README.md" ||
+        [ "$(head -n 1 "tutorial/$slug/README.md")" = "# $i. $title" ] ||
+            { echo "title of $slug" && return 1; }
+        grep -q "^_Figure $i\. " "tutorial/$slug/README.md" || { echo "no caption in $slug" &&
+            return 1; }
+        [ -z "$before" ] ||
+            grep -q "^Next:.*(\.\./$slug/\| Next:.*(\.\./$slug/" "tutorial/$before/README.md" ||
             { echo "$before does not lead to $slug" && return 1; }
         before=$slug
     done
@@ -115,13 +124,16 @@ equations_in_order() {
 listings_are_shown() {
     local slug name names
     names=$(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' tutorial/*.h)
-    [ -z "$(echo "$names" | sort | uniq -d)" ] || { echo "two headers have a listing of one name" && return 1; }
+    [ -z "$(echo "$names" | sort | uniq -d)" ] ||
+        { echo "two headers have a listing of one name" && return 1; }
     for name in $names; do
-        grep -q "^<!-- code $name -->$" tutorial/*/README.md || { echo "$name is not shown" && return 1; }
+        grep -q "^<!-- code $name -->$" tutorial/*/README.md || { echo "$name is not shown" &&
+            return 1; }
     done
     for slug in $slugs; do
         for name in $(sed -n 's|^// \[\([a-z]*\)\]$|\1|p' "tutorial/$slug/main.c"); do
-            grep -q "^<!-- code $name -->$" "tutorial/$slug/README.md" || { echo "$slug: $name is not shown" && return 1; }
+            grep -q "^<!-- code $name -->$" "tutorial/$slug/README.md" ||
+                { echo "$slug: $name is not shown" && return 1; }
         done
     done
 }

@@ -28,7 +28,9 @@ build_checked() {
 
 # ---- Options
 
-no_display() { refuses 3 env -u DISPLAY -u WAYLAND_DISPLAY "$build/$1" && grep -q -- "--headless" "$work/error"; }
+no_display() {
+    refuses 3 env -u DISPLAY -u WAYLAND_DISPLAY "$build/$1" && grep -q -- "--headless" "$work/error"
+}
 
 no_mesa() {
     gcc -std=c99 -O0 -I. -DCANVAS_OSMESA='"libthere_is_none.so"' demos/exit_points.c -o "$work/blind" -lglfw -ldl -lstb -lm &&
@@ -42,8 +44,12 @@ no_mesa() {
 # digits of the seconds that noise shows.
 LIMIT=60
 
-small_exit_points() { timeout 60 "$programs/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"; }
-small_noise() { timeout 60 "$programs/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"; }
+small_exit_points() {
+    timeout 60 "$programs/exit_points" --headless --size 480x270 --png "$work/$1.png" --seed "$2"
+}
+small_noise() {
+    timeout 60 "$programs/noise" --headless --size 320x180 --spp 2 --reference 4 --png "$work/noise.png"
+}
 
 # as_committed NAME X Y W H: one part of the picture, so that what is small in the whole counts.
 # `make test-pictures` makes the committed pictures anew.
@@ -79,7 +85,8 @@ keeps_what_was() {
         [ "$(ls "$work/kept")" = a.png ] && cmp "$work/kept/a.png" "$work/exit_points.png"
 }
 full_device() {
-    ln -s /dev/full "$work/full.png" && refuses 1 "$build/exit_points" --headless --size 480x270 --png full.png &&
+    ln -s /dev/full "$work/full.png" &&
+        refuses 1 "$build/exit_points" --headless --size 480x270 --png full.png &&
         [ -L "$work/full.png" ] && [ -c /dev/full ]
 }
 
@@ -115,7 +122,10 @@ keeps_shape() { # WIDTH HEIGHT
 }
 
 repeats() { small_exit_points again 1 && cmp "$work/exit_points.png" "$work/again.png"; }
-other_seed() { small_exit_points other 2 && [ "$("$pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]; }
+other_seed() {
+    small_exit_points other 2 &&
+        [ "$("$pixels" differ "$work/exit_points.png" "$work/other.png")" -gt $LIMIT ]
+}
 
 # ---- Windows
 
@@ -125,12 +135,17 @@ opens() { # TITLE PROGRAM OPTIONS
     shift 2
     "$programs/$program" --size 960x540 --png "$work/saved.png" "$@" >"$work/said" 2>&1 8<&- 9<&- &
     running=$!
-    until_true finds_window "^$title\$" || { echo "there is no window: $(cat "$work/said")" && return 1; }
+    until_true finds_window "^$title\$" || { echo "there is no window: $(cat "$work/said")" &&
+        return 1; }
     until_true has_size 960x540 || { echo "it has another size: $geometry" && return 1; }
     until_true shows_text || { echo "no title is there: $bright bright pixels" && return 1; }
 }
-has_size() { geometry=$(xdotool getwindowgeometry "$window" 2>&1) && [[ $geometry == *"Geometry: $1"* ]]; }
-shows_text() { screen now && bright=$("$pixels" bright "$work/now.xwd" 0 10 960 30) && [ "$bright" -gt 200 ]; }
+has_size() {
+    geometry=$(xdotool getwindowgeometry "$window" 2>&1) && [[ $geometry == *"Geometry: $1"* ]]
+}
+shows_text() {
+    screen now && bright=$("$pixels" bright "$work/now.xwd" 0 10 960 30) && [ "$bright" -gt 200 ]
+}
 
 # Keeps a frame that is drawn to its end in the rectangle X Y W H; where frames follow each other
 # there, any of them.
@@ -143,9 +158,12 @@ before() { tries=10 until_true drawn "$@" || true; }
 # keys_change KEYS X Y W H: after these keys at least MANY of 10000 pixels of the rectangle are
 # others.
 changed() {
-    screen now && differ=$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@") && [ "$differ" -ge ${many:-30} ]
+    screen now && differ=$("$pixels" differ "$work/before.xwd" "$work/now.xwd" "$@") &&
+        [ "$differ" -ge ${many:-30} ]
 }
-changes() { until_true changed "$@" || { echo "at $*: $differ of 10000 pixels have changed" && return 1; }; }
+changes() {
+    until_true changed "$@" || { echo "at $*: $differ of 10000 pixels have changed" && return 1; }
+}
 keys_change() {
     local keys=$1
     shift
@@ -171,7 +189,8 @@ ends_as() {
     done
 }
 comes_to() { # FILE X Y W H, when all lookups are done
-    tries=900 until_true ends_as "$@" || { echo "$differ of 10000 pixels differ from $1, or it never rests" && return 1; }
+    tries=900 until_true ends_as "$@" ||
+        { echo "$differ of 10000 pixels differ from $1, or it never rests" && return 1; }
 }
 
 # A key may be lost where no window manager gives the window its focus, so it has a second try.
@@ -181,7 +200,8 @@ saves() { # SIZE
     local size wrote=$(said_wrote)
     rm -f "$work/saved.png"
     xdotool key w
-    tries=150 until_true wrote_more_than $wrote || { echo "W is not heard at first" && xdotool key w; }
+    tries=150 until_true wrote_more_than $wrote || { echo "W is not heard at first" &&
+        xdotool key w; }
     until_true wrote_more_than $wrote || { echo "W is not heard: $(cat "$work/said")" && return 1; }
     size=$("$pixels" size "$work/saved.png")
     [ "$size" = "$1" ] || { echo "the picture has $size, not $1" && return 1; }
@@ -203,16 +223,21 @@ closes() { xdotool key "$1" && ends 0; }
 comes_back() { xdotool key $1 && comes_to "$work/960x540.png" 0 0 960 488; }
 
 ring_at() {
-    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17) && [ "$bright" -ge 12 ]
+    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 8)) $(($2 - 8)) 17 17) &&
+        [ "$bright" -ge 12 ]
 }
 click_moves_entry() {
     ! ring_at 110 160 || { echo "a ring is there before: $bright bright pixels" && return 1; }
     xdotool mousemove 110 160 click 1
-    until_true ring_at 110 160 || { echo "no ring in the first pane: $bright bright pixels" && return 1; }
-    until_true ring_at 847 160 || { echo "no ring in the last pane: $bright bright pixels" && return 1; }
+    until_true ring_at 110 160 || { echo "no ring in the first pane: $bright bright pixels" &&
+        return 1; }
+    until_true ring_at 847 160 || { echo "no ring in the last pane: $bright bright pixels" &&
+        return 1; }
 }
 
-drag() { xdotool mousemove $1 $2 mousedown ${5:-1} mousemove $((($1 + $3) / 2)) $2 mousemove $3 $4 mouseup ${5:-1}; }
+drag() {
+    xdotool mousemove $1 $2 mousedown ${5:-1} mousemove $((($1 + $3) / 2)) $2 mousemove $3 $4 mouseup ${5:-1}
+}
 drag_turns() {
     before 39 110 170 225
     drag 45 130 75 135 && many=100 changes 39 110 170 225
@@ -237,7 +262,8 @@ turns_by_itself() {
     many=100 changes 39 110 170 225 && xdotool key space
 }
 resizes() {
-    xdotool windowsize "$window" 1200 600 && sleep 0.5 && tries=3 until_true saves 1200x600 || return 1
+    xdotool windowsize "$window" 1200 600 && sleep 0.5 && tries=3 until_true saves 1200x600 ||
+        return 1
     bright=$("$pixels" bright "$work/saved.png" 0 10 1200 36)
     echo "$bright bright pixels in the title"
     [ "$bright" -gt 200 ]
@@ -255,7 +281,8 @@ wrote_times() { [ "$(said_wrote)" = "$1" ]; }
 stall_writer() { # KEYS, which the program finds all at once
     rm -f "$work/saved.png" && mkfifo "$work/saved.png" && exec 9<>"$work/saved.png" &&
         kill -STOP $running && xdotool key "$@" && kill -CONT $running &&
-        timeout 30 head -c 8 <&9 >"$work/stalled.png" && rm "$work/saved.png" && exec 8</proc/self/fd/9 && exec 9>&-
+        timeout 30 head -c 8 <&9 >"$work/stalled.png" && rm "$work/saved.png" &&
+            exec 8</proc/self/fd/9 && exec 9>&-
 }
 drain_writer() {
     timeout 30 cat <&8 >>"$work/stalled.png"
@@ -274,11 +301,13 @@ writes_beside_the_window() { # compared are the panes: the histograms may still 
     keys_change p 39 110 907 225 || { echo "the window waits with the second picture" && return 1; }
     wrote_times $before && [ ! -e "$work/saved.png" ] || { echo "told too early" && return 1; }
     drain_writer || return 1
-    until_true wrote_times $((before + 2)) || { echo "not two more: $(cat "$work/said")" && return 1; }
+    until_true wrote_times $((before + 2)) || { echo "not two more: $(cat "$work/said")" &&
+        return 1; }
     [ "$("$pixels" size "$work/saved.png")" = 960x540 ] && [ ! -e "$work/saved.png.part" ] ||
         { ls -l "$work"/saved* && return 1; }
     [ "$("$pixels" differ "$work/stalled.png" "$work/saved.png" 39 110 907 225)" -ge 30 ] &&
-        until_true same_as "$work/stalled.png" 0 0 960 340 || { echo "not the two pictures that were shown" && return 1; }
+        until_true same_as "$work/stalled.png" 0 0 960 340 ||
+            { echo "not the two pictures that were shown" && return 1; }
 }
 write_error_is_told() {
     rm -f "$work/saved.png" && ln -s /dev/full "$work/saved.png" && xdotool key w &&
@@ -350,12 +379,14 @@ check_exit_points() {
 
 # The line is white from y 72 to 461: the pictures lie in x 24..474, the errors in x 486..936.
 divider_at() {
-    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150) && [ "$bright" -ge 250 ]
+    screen now && bright=$("$pixels" bright "$work/now.xwd" $(($1 - 2)) 90 5 150) &&
+        [ "$bright" -ge 250 ]
 }
 no_divider_at() { ! divider_at $1; }
 comes_true() { until_true "$@" || { echo "not $*: $bright bright pixels" && return 1; }; }
 divider_moves() {
-    comes_true divider_at 249 && drag 249 300 130 310 && comes_true divider_at 130 && comes_true divider_at 592 &&
+    comes_true divider_at 249 && drag 249 300 130 310 && comes_true divider_at 130 &&
+        comes_true divider_at 592 &&
         comes_true no_divider_at 249 && drag 592 300 711 310 && comes_true divider_at 249
 }
 captions_fill() {

@@ -5,7 +5,9 @@
 chapters() { sed -n 's|^[0-9A]*\. \[.*\](\([a-z]*\)/README\.md).*|\1|p' tutorial/README.md; }
 
 # block N FILE: the commands of its Nth sh block; nothing when there is none.
-block() { awk -v n="$1" '/^```/ { in_block = $0 == "```sh"; count += in_block; next } in_block && count == n' "$2"; }
+block() {
+    awk -v n="$1" '/^```/ { in_block = $0 == "```sh"; count += in_block; next } in_block && count == n' "$2"
+}
 
 # Where a chapter's listings may come from.
 sources() { echo "tutorial/$1/main.c" tutorial/*.h; }

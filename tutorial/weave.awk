@@ -3,6 +3,7 @@
 #   <!-- code NAME -->    the block that follows is what stands between // [NAME] and // [/NAME] in the
 #                         first source that has it
 #   <!-- output -->       the block that follows is what the program printed
+#   <!-- table -->        the table that follows is the one with its first line that the program printed
 #   0.82<!-- = KEY -->    the first number behind KEY in the output; "A ... B" is B behind A
 function stop(text) {
     printf "%s: %s\n", FILENAME, text > "/dev/stderr"
@@ -16,6 +17,15 @@ function replace_block(text) {
     print
     printf "%s", text
     while ((getline) > 0 && $0 != "```") continue
+}
+function replace_table(head, text) {
+    print
+    if ((getline head) <= 0 || head !~ /^\|/) stop("no table after a mark")
+    if (!index(printed, head "\n")) stop("no table begins with " head)
+    text = substr(printed, index(printed, head "\n"))
+    match(text, /^(\|[^\n]*\n)+/)
+    printf "%s", substr(text, 1, RLENGTH)
+    while ((getline) > 0 && $0 ~ /^\|/) continue
 }
 function number_behind(key, rest, parts, n, i, at) {
     rest = printed
@@ -55,5 +65,6 @@ BEGIN {
 }
 /^<!-- code .* -->$/ { replace_block(code[$3]) }
 /^<!-- output -->$/ { replace_block(printed) }
+/^<!-- table -->$/ { replace_table() }
 { print quote_numbers($0) }
 END { if (failed) exit 1 }

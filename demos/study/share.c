@@ -128,6 +128,7 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
     int height = 2 * panel + 3 * MARGIN + CAPTION;
     if (image_bytes_new(&sheet, PANELS * (panel + MARGIN) + MARGIN, height, 250))
         fail(1, "out of memory");
+    double before = 0.0;
     for (int i = 0; i < PANELS; i++) {
         char line[120];
         int left = MARGIN + i * (panel + MARGIN), below = 2 * panel + 2 * MARGIN;
@@ -143,8 +144,11 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
         image_text(&sheet, &font, line, 32.0f, left, below + 110, 20);
         snprintf(line, sizeof line, "correlation %.2f", neighbours);
         image_text(&sheet, &font, line, 32.0f, left, below + 146, 20);
-        printf("%s, %d: relative MSE %.5f, correlation of neighbours %.3f\n", title[i], samples[i],
+        printf("%s, %d: relative MSE %.5f, correlation of neighbours %.2f\n", title[i], samples[i],
                error, neighbours);
+        if (i % 2)
+            printf("shared over own exits, %d: %.2g times lower\n", samples[i], before / error);
+        before = error;
     }
     for (int i = 0; i < CAPTION_LINES; i++) {
         int baseline = height - MARGIN - 34 * (CAPTION_LINES - 1 - i);

@@ -10,11 +10,17 @@ needs "$build/render" "$pfm"
 
 # The page's commands with eight parts of 4 samples of a small picture, in a folder that has nothing
 # but the program.
-small() { sed 's/640x360/24x20/; s/--spp 64/--spp 4/; s/seq 0 64 448/seq 0 4 28/; s/64 \*/4 */' "$1"; }
-at_once() { mkdir -p "$work/build" && cp "$build/render" "$work/build/" && (cd "$work" && build/render --scene bear --size 24x20 --spp 32 --pfm one.pfm); }
+small() {
+    sed 's/640x360/24x20/; s/--spp 64/--spp 4/; s/seq 0 64 448/seq 0 4 28/; s/64 \*/4 */' "$1"
+}
+at_once() {
+    mkdir -p "$work/build" && cp "$build/render" "$work/build/" && (cd "$work" &&
+        build/render --scene bear --size 24x20 --spp 32 --pfm one.pfm)
+}
 note() { tail -c 80 "$1" | LC_ALL=C grep -a -o 'samples .*'; }
 is_whole() { # the parts are merged, whoever rendered them
-    [ "$(ls "$work"/build/part-*.pfm | wc -l)" = 8 ] && "$pfm" same "$work/one.pfm" "$work/build/whole.pfm" &&
+    [ "$(ls "$work"/build/part-*.pfm | wc -l)" = 8 ] &&
+        "$pfm" same "$work/one.pfm" "$work/build/whole.pfm" &&
         [ "$(note "$work/one.pfm")" = "$(note "$work/build/whole.pfm")" ]
 }
 by_parallel() {

@@ -6,14 +6,18 @@ set -u
 . tests/check.sh
 
 # The installed header has no repository around it: only examples/ is copied.
-build_directly() { gcc -std=c99 -O1 -ffp-contract=off -I. examples/all_hits.c -o "$work/direct" -lm && "$work/direct" >"$work/digits"; }
+build_directly() {
+    gcc -std=c99 -O1 -ffp-contract=off -I. examples/all_hits.c -o "$work/direct" -lm &&
+        "$work/direct" >"$work/digits"
+}
 same_digits() { "$1" >"$work/other" && cmp "$work/digits" "$work/other"; }
 
 by_cmake() { # WAY SOURCE [OPTIONS]
     local way=$1 source=$2
     shift 2
     rm -rf "$work/by"
-    cmake -S tests/consumer -B "$work/by" -DWAY="$way" -DSOURCE="$source" "$@" && cmake --build "$work/by" &&
+    cmake -S tests/consumer -B "$work/by" -DWAY="$way" -DSOURCE="$source" "$@" &&
+        cmake --build "$work/by" &&
         same_digits "$work/by/consumer"
 }
 by_package() { # PREFIX [OPTIONS]: the source tree has no header then
@@ -26,10 +30,14 @@ by_pkg_config() { # PREFIX
     gcc -std=c99 -O1 -ffp-contract=off "$work/bare/examples/all_hits.c" -o "$work/with_flags" $flags &&
         same_digits "$work/with_flags"
 }
-by_cmake_install() { cmake -S . -B "$work/own" && cmake --install "$work/own" --prefix "$work/cmake prefix"; }
+by_cmake_install() {
+    cmake -S . -B "$work/own" && cmake --install "$work/own" --prefix "$work/cmake prefix"
+}
 same_files() { diff -r "$work/prefix" "$work/cmake prefix"; }
 too_new() { ! by_package "$work/prefix" -DWANTED=99.0; }
-asks_for_this() { by_package "$work/prefix" -DWANTED="$(sed -n '1s/.* v\([0-9.]*\) .*/\1/p' sss_resample.h)"; }
+asks_for_this() {
+    by_package "$work/prefix" -DWANTED="$(sed -n '1s/.* v\([0-9.]*\) .*/\1/p' sss_resample.h)"
+}
 
 check "the example as it is built here" build_directly
 check "make install" make -s install PREFIX="$work/prefix"

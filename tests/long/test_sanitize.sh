@@ -23,7 +23,8 @@ fuzz() {
 
 check "the corpus under AddressSanitizer and UBSan, gcc" corpus
 for program in build/fuzz build/fuzz_memory; do
-    if echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' | clang -fsanitize=fuzzer -x c - -o "$work/x" 2>"$work/out"; then
+    if echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' |
+        clang -fsanitize=fuzzer -x c - -o "$work/x" 2>"$work/out"; then
         check "hostile bytes, $program" fuzz $program "${FUZZ_SECONDS:-60}"
     else
         skip "hostile bytes, $program" "clang has no libFuzzer: make setup-long"
