@@ -24,9 +24,9 @@
    pixels (sss_share), and a random walk through the volume behind the same loop (SSS_WALK).
 
    WHAT IT DOES NOT
-   It traces no rays and knows no Fresnel factors (they are the caller's). It has no single
-   scattering and no anisotropic phase function. It allocates nothing, has no globals, does no input
-   or output, and needs nothing of libm but sqrtf and fabsf.
+   It traces no rays and knows no Fresnel factors (they are the caller's). Its profiles hold no
+   single scattering (a walk does), and it has no anisotropic phase function. It allocates nothing,
+   has no globals, does no input or output, and needs nothing of libm but sqrtf and fabsf.
 
    WORDS
    The camera path enters the object at the *entry* and leaves it at the *exit*. Light goes the
@@ -50,10 +50,10 @@
        sum over exits of weight[c] * E(exit)
    equals
        the surface integral of Rd_c(|y - x|) E(y) dA(y).
-   It holds for every plan with SSS_CHORD and for all numbers of candidates and exits. SSS_DISK with
-   SSS_DISK_TANGENTS lacks the tail beyond the radius that holds all but 1e-4 of the widest
-   channel's albedo. SSS_DISK alone misses faces at right angles to the entry's. SSS_SPHERE alone
-   has infinite variance for Burley's profile. These two are for smooth surfaces and for teaching.
+   It holds for every plan with SSS_CHORD and for all numbers of candidates and exits. A plan without
+   SSS_CHORD lacks the tail beyond the radius that holds all but 1e-4 of the widest channel's albedo.
+   SSS_DISK alone also misses faces at right angles to the entry's. SSS_SPHERE alone also has
+   infinite variance for Burley's profile. Use either alone on smooth surfaces or for teaching only.
    With SSS_WALK the integral is over the paths through the volume instead.
 
    Densities are *intensities*: expected hits per unit of surface area. They integrate to the
@@ -65,10 +65,9 @@
    origin (tmin = 0) to its very end, and do not start again where there is no hit. Step from hit to
    hit by primitive, not by an absolute epsilon. An intersector with an epsilon of its own gets a
    ray that starts that much earlier; one that culls back faces traces each probe from both ends.
-   Light arrives on the outer side of an exit, wherever the probe came from. Shading normals
-   make the mean wrong (7 % too bright in examples/furnace.c, 13 % too dark in
-   demos/study/failures.c); they belong in E. One lookup has one medium: the
-   entry's.
+   Light arrives on the outer side of an exit, wherever the probe came from. Report geometric
+   normals. Shading normals make the mean wrong (7 % too bright in examples/furnace.c, 13 % too dark
+   in demos/study/failures.c): use them in E. A lookup has one medium, that of its entry.
 
    Bound. Without hints one hit adds to exit.weight[c] at most
        albedo[c] * live channels * 2 / (share of the chord) * b / candidates.
@@ -87,8 +86,9 @@
    Use a seed once: where paths enter several times, hash in the bounce. sss_begin_sample makes the
    samples of a pixel strata of one another, which can halve the variance of walks.
 
-   Bits. With -ffp-contract=off on the host, and a program that is not linked with -ffast-math, the
-   CPU and an OpenCL device compute the same bits (a NaN is only a NaN). Scaling the scene by a
+   Bits. The CPU and an OpenCL device compute the same bits (a NaN is only a NaN) under three
+   conditions: -ffp-contract=off on the host, no -ffast-math where the program is linked, and a
+   device that keeps denormals, with -cl-fp32-correctly-rounded-divide-sqrt. Scaling the scene by a
    power of two changes no pick and no bit of a weight. Nothing that a caller passes makes a NaN
    come out: bad media, plans and points are refused by name, bad hits are ignored. Everything is
    reentrant.
@@ -255,8 +255,8 @@ typedef struct sss_medium {
     float length[3];     /* Burley's d or the dipole's z_r; 0: the channel is not live */
     float zv[3];         /* depth of the dipole's virtual source */
     float sigma[3];      /* sigma_tr, 1/length */
-    float flux[3];       /* [7], without unit */
-    float fluence[3];    /* [7], 1/length; 0 for the standard dipole */
+    float flux[3];       /* that of [7] over 4 pi, without unit */
+    float fluence[3];    /* that of [7] over 4 pi, 1/length; 0 for the standard dipole */
     float r_max;         /* holds all but 1e-4 of the widest live channel's albedo */
     float extinction[3]; /* of the volume [9], 1/length; 0: it is Lambert for the walk too */
     float similarity[3]; /* of the volume: s = sqrt(1 - albedo of one scattering), 0..1 */
@@ -329,7 +329,7 @@ typedef struct sssi_candidate {
 
 typedef struct sssi_reservoir {
     float weight; /* sum of w over the hits so far [2] */
-    float plain;  /* the same without hints */
+    float plain;  /* the same without hints; kept for the first reservoir alone */
     sssi_candidate held;
 } sssi_reservoir;
 
@@ -418,7 +418,7 @@ static inline sss_result sss_burley(sss_medium *m, const float albedo[3], const 
 /* The same from the volume's mean free path 1 / extinction, diffuse transmission, eq. 6. */
 static inline sss_result sss_burley_mfp(sss_medium *m, const float albedo[3], const float mfp[3]);
 
-/* Jensen et al. 2001, with exact Fresnel moments. sigma_a = sigma_s' = 0 is black. */
+/* Jensen et al. 2001, with exact Fresnel moments. A channel with sigma_s' = 0 is black. */
 static inline sss_result sss_dipole(sss_medium *m, const float sigma_a[3],
                                     const float sigma_s_prime[3], float eta);
 
@@ -460,10 +460,10 @@ static inline float sss_within(const sss_medium *m, int channel, float r);
    known, gives the walk, which is right on every shape. */
 static inline sss_plan sss_plan_for(const sss_medium *m, const sss_need *need);
 
-/* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique, a count below 0 or
-   above its maximum, exits with per_channel), SSS_BAD_POSITION (not finite, or beyond 1e30),
-   SSS_BAD_NORMAL (zero, not finite): no probes, no exits. A black medium is SSS_OK and has no
-   exits. */
+/* Starts a lookup. plan NULL: the default. SSS_BAD_PLAN (an unknown technique; SSS_WALK or
+   SSS_LAMBERT beside another; a count below 0 or above its maximum; per_channel with exits above 1
+   or SSS_MAX_EXITS below 3), SSS_BAD_POSITION (not finite, or beyond 1e30), SSS_BAD_NORMAL (zero,
+   not finite): no probes, no exits. A black medium is SSS_OK and has no exits. */
 static inline sss_result sss_begin(sss_resampler *s, const sss_medium *m, const sss_plan *plan,
                                    sss_vec3 position, sss_vec3 geometric_normal, uint32_t seed);
 
@@ -485,9 +485,9 @@ static inline int sss_next_probe(sss_resampler *s, sss_probe *probe);
 static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geometric_normal,
                                float light);
 
-/* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices, one exit
-   suffices for the default plan, but not for every plan of sss_plan_for. No exit is a fair
-   sample of zero: do not try again. With per_channel, channels that picked the same hit share
+/* Writes the exits and returns their number. An array of SSS_MAX_EXITS always suffices. The default
+   plan needs one; a plan of sss_plan_for may need more. No exit is a fair sample of zero: do not
+   try again. With per_channel, channels that picked the same hit share
    one exit. */
 static inline int sss_finish(sss_resampler *s, sss_exit *exits);
 
@@ -512,7 +512,9 @@ static inline void sss_share(const sss_exit *exit, const sss_entry *group, int c
                              float spacing, float (*weight)[3]);
 
 /* The same one entry at a time, for kernels. First add up the density of all entries of the group,
-   in order, then ask for each entry's weight. 1/length^2. */
+   in order, then ask for each entry's weight. 1/length^2. This is the weight of a channel that is
+   shared. Where exit->mass is 0, or sss_is_shared says 0 for an entry and a channel, that entry
+   takes exit->weight[c] from its own exits and nothing from others. */
 static inline float sss_share_density(const sss_medium *m, sss_vec3 entry, const sss_exit *exit);
 static inline void sss_share_weight(const sss_medium *m, sss_vec3 entry, const sss_exit *exit,
                                     float density_sum, float weight[3]);
@@ -537,8 +539,8 @@ static inline int sss_is_shared(const sss_medium *m, int channel, float spacing)
 #define SSSI_SHELL    7.6293945e-6f /* 2^-17: see sss_begin_sample */
 #define SSSI_BLUR     2.3841858e-7f /* 2^-22: see sssi_depth_intensity */
 
-/* Hits of a lower target or weight, or of a higher weight, are left out: they are rarer or fainter
-   than 1e-20, and nothing of the others over- or underflows. */
+/* A hit is left out if its target or weight is below these limits, or its weight above. Such hits
+   are rarer or fainter than 1e-20. The sums over all others neither overflow nor underflow. */
 #define SSSI_FAINT 1e-32f /* least target: what underflows in it is below 1e-5 of it */
 #define SSSI_TINY  1e-36f /* least weight */
 #define SSSI_HUGE  1e20f  /* largest weight */
@@ -561,7 +563,7 @@ SSSI_FN float sssi_exp_parts(float x, float *p) {
     return sssi_float((uint32_t)(127 + (int)n) << 23);
 }
 
-/* e^x, x <= 80. */
+/* e^x for x <= 80; below SSSI_LOWEST as at SSSI_LOWEST. */
 SSSI_FN float sssi_exp(float x) {
     float p;
     float scale = sssi_exp_parts(sssi_max(x, SSSI_LOWEST), &p);
@@ -569,7 +571,7 @@ SSSI_FN float sssi_exp(float x) {
     return scale + scale * p;
 }
 
-/* e^x - 1, accurate about 0 too. */
+/* e^x - 1 in the same range, accurate about 0 too. */
 SSSI_FN float sssi_expm1(float x) {
     float p;
     float scale = sssi_exp_parts(sssi_max(x, SSSI_LOWEST), &p);
@@ -640,7 +642,8 @@ SSSI_FN float sssi_longest(sss_vec3 v) {
     return sssi_max(SSSI_FABS(v.x), sssi_max(SSSI_FABS(v.y), SSSI_FABS(v.z)));
 }
 
-/* Unit length from any length; 0, and NaNs, from a zero or infinite vector or one with a NaN. */
+/* Scales a vector to unit length and returns 1. Returns 0, and leaves NaNs, if the vector is zero,
+   infinite or has a NaN. */
 SSSI_FN int sssi_normalize(sss_vec3 *v) {
     float m = sssi_longest(*v);
 
@@ -736,7 +739,7 @@ SSSI_FN float sssi_burley_head(float d, float r) {
 }
 
 /* A distance with density 2 pi r P(r) from a uniform u: u is the tail x (x^2 + 3) / 4, x =
-   e^(-r/3d). Three Newton steps solve for x. */
+   e^(-r/3d). Two Newton steps from x = u (4 - u) / 3 solve for x. */
 SSSI_FN float sssi_burley_step(float x, float u) {
     return x - (x * (x * x + 3.0f) - 4.0f * u) / (3.0f * (x * x + 1.0f));
 }
@@ -749,7 +752,8 @@ SSSI_FN float sssi_burley_radius(float d, float u) {
 
 /* The radius of a chord's sphere, with density -pi rho^2 P'(rho). Its tail is 3/4 T(rho/3d) + 1/4
    T(rho/d), and T(t) = e^-t (1 + t/2) is that of an exponential number with probability 1/2, else
-   that of the sum of two. `part` picks among the four. */
+   that of the sum of two. `part` picks one of eight equal classes: six have the scale 3d, and odd
+   ones are sums of two. */
 SSSI_FN float sssi_burley_chord(float d, float part, float u) {
     int i = sssi_class(&part, 8);
     float scale = i < 6 ? 3.0f * d : d;
@@ -903,7 +907,8 @@ static inline SSSI_TEXT sss_result_string(sss_result result) {
     case SSS_BAD_ETA: return "the relative index of refraction is not within 0.2..5";
     case SSS_BAD_NORMAL: return "a normal is zero or not finite";
     case SSS_BAD_POSITION: return "a position is not finite, or beyond 1e30";
-    case SSS_BAD_PLAN: return "a plan has an unknown technique or a count out of range";
+    case SSS_BAD_PLAN:
+        return "a plan has techniques that do not go together, or a count out of range";
     }
     return "not a result of sss_resample.h";
 }
@@ -1019,7 +1024,7 @@ typedef struct sssi_boundary {
 #define SSSI_NODES 32
 SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float n = eta > 1.0f ? eta : 1.0f / eta;
-    float n2 = (n - 1.0f) * (n + 1.0f);
+    float n2_less_1 = (n - 1.0f) * (n + 1.0f);
     int inside_is_dense = eta > 1.0f;
     float part1[SSSI_NODES], part2[SSSI_NODES];
 
@@ -1027,7 +1032,7 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
         float x = ((float)i + 0.5f) / SSSI_NODES;
         float y = x * x * x * (10.0f + x * (6.0f * x - 15.0f));
         float dy = 30.0f / SSSI_NODES * (x * (1.0f - x)) * (x * (1.0f - x));
-        float z = SSSI_SQRT(y * y + n2) / n;
+        float z = SSSI_SQRT(y * y + n2_less_1) / n;
         float rs = (y - n * z) / (y + n * z);
         float rp = (n * y - z) / (n * y + z);
         float mu = inside_is_dense ? z : y;
@@ -1049,13 +1054,13 @@ SSSI_FN sssi_boundary sssi_make_boundary(float eta, int better) {
     float c1 = (four1[0] + four1[1]) + (four1[2] + four1[3]);
     float c2 = (four2[0] + four2[1]) + (four2[2] + four2[3]);
 
-    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical
-       angle. */
-    if (eta > 1.0f) {
-        float critical = n2 / (n * n);
+    /* Inside a denser medium mu dmu = y dy / n^2, and all is reflected beyond the critical angle,
+       whose squared cosine this is. */
+    if (inside_is_dense) {
+        float critical2 = n2_less_1 / (n * n);
 
-        c1 = c1 / (n * n) + critical / 2;
-        c2 = c2 / (n * n) + critical * SSSI_SQRT(critical) / 3;
+        c1 = c1 / (n * n) + critical2 / 2;
+        c2 = c2 / (n * n) + critical2 * SSSI_SQRT(critical2) / 3;
     }
 
     sssi_boundary b;
@@ -1159,14 +1164,14 @@ SSSI_APART sss_result sssi_make_dipole(sss_medium *m, const float *sigma_a, cons
         if (sigma_s[c] > 0.0f) {
             float x = SSSI_SQRT(sigma_a[c] / sigma_s[c]);
             sssi_shape h = sssi_make_shape(b, x);
-            sssi_shape volume = sssi_make_shape(b, sssi_max(x, 1e-3f));
             float zr = 1.0f / (sigma_a[c] + sigma_s[c]);
 
             m->albedo[c] = sssi_min(h.total, 1.0f);
             sssi_set_dipole(m, c, b.flux, h.sigma, h.depth, h.core, zr);
 
-            /* Without absorption only the ratio of mfp and z_r has a limit; x = 1e-3 is close to
-               it. */
+            /* The volume's mean free path over z_r has a limit as absorption goes to 0. x = 1e-3
+               is close to it. */
+            sssi_shape volume = sssi_make_shape(b, sssi_max(x, 1e-3f));
             sssi_set_volume(m, c, volume.lack, zr / volume.sigma);
             m->similarity[c] = sssi_similarity(h.lack);
         }
@@ -1214,13 +1219,13 @@ SSSI_APART void sssi_miss(const sssi_boundary *b, const float *y, const float *w
     else sssi_miss_of(*b, 0, y, wanted, miss);
 }
 
-/* One secant step for ln x between two bounds, where it is bisected instead if the secant leads out
-   of them. */
+/* The state of four searches for ln x, side by side. */
 typedef struct sssi_secant {
     float y[SSSI_FOUR], miss[SSSI_FOUR];   /* the step before, and how far its odds are off */
     float low[SSSI_FOUR], high[SSSI_FOUR]; /* bounds */
 } sssi_secant;
 
+/* One secant step between the bounds. If it leads out of them, they are halved instead. */
 SSSI_FN float sssi_secant_step(sssi_secant *k, int l, float y, float miss) {
     float run = y - k->y[l];
     float fall = k->miss[l] - miss;
@@ -1642,7 +1647,7 @@ SSSI_FN sssi_ends sssi_disk_ends(float r, float reach) {
 }
 
 /* x is the hit about the entry. The distance from the axis comes from the parts along the two other
-   axes: r^2 less the part along this one would lose it near the pole. */
+   axes: r^2 less the part along this one would cancel near the axis. */
 SSSI_FN float sssi_disk_intensity(const sss_resampler *s, int dipole, int axis, sss_vec3 x,
                                   sss_vec3 n) {
     float u = sssi_dot(x, s->axis[(axis + 1) % 3]);
@@ -1829,7 +1834,8 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
                    : 0.0f;
     }
 
-    /* Find the segment in the frame of the entry. */
+    /* Find the two ends of the segment in the frame of the entry. */
+    sssi_lanes a, b;
     for (int l = 0; l < count; ++l) {
         int t = u.technique[l];
         sssi_ends e = sssi_find_ends(s, t, depth[l], r[l], u.side[l], u.cosine[l]);
@@ -1839,22 +1845,23 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
         sssi_sincos_turn(u.turn_b[l], &sb, &cb);
         sb = t == SSSI_CHORD ? sb : sa;
         cb = t == SSSI_CHORD ? cb : ca;
-        sssi_set_lane(&p->origin, l, sssi_vec3(e.rim_a * ca, e.rim_a * sa, e.height_a));
-        sssi_set_lane(&p->direction, l, sssi_vec3(e.rim_b * cb, e.rim_b * sb, e.height_b));
+        sssi_set_lane(&a, l, sssi_vec3(e.rim_a * ca, e.rim_a * sa, e.height_a));
+        sssi_set_lane(&b, l, sssi_vec3(e.rim_b * cb, e.rim_b * sb, e.height_b));
         p->depth[l] = t == SSSI_SPHERE ? depth[l] : 0.0f;
     }
+
+    /* Turn the disks about the tangents. */
     if (s->share[SSSI_TANGENT] > 0.0f) {
         for (int l = 0; l < count; ++l) {
-            sssi_set_lane(&p->origin, l, sssi_turn_disk(u.technique[l], sssi_lane(&p->origin, l)));
-            sssi_set_lane(&p->direction, l,
-                          sssi_turn_disk(u.technique[l], sssi_lane(&p->direction, l)));
+            sssi_set_lane(&a, l, sssi_turn_disk(u.technique[l], sssi_lane(&a, l)));
+            sssi_set_lane(&b, l, sssi_turn_disk(u.technique[l], sssi_lane(&b, l)));
         }
     }
 
     /* Turn the two ends into a probe of the scene. */
     for (int l = 0; l < count; ++l) {
-        sss_vec3 from = sssi_in_frame(s, sssi_lane(&p->origin, l));
-        sss_vec3 way = sssi_sub(sssi_in_frame(s, sssi_lane(&p->direction, l)), from);
+        sss_vec3 from = sssi_in_frame(s, sssi_lane(&a, l));
+        sss_vec3 way = sssi_sub(sssi_in_frame(s, sssi_lane(&b, l)), from);
         float length = SSSI_SQRT(sssi_dot(way, way));
 
         sssi_set_lane(&p->origin, l, sssi_add(s->position, sssi_mul(from, s->optics.unit)));
@@ -1983,7 +1990,7 @@ SSSI_FN void sssi_collect(sss_resampler *s, int reservoir, float p, sssi_chance 
     /* This is false for NaN too. */
     if (!(c->target >= SSSI_FAINT && w >= SSSI_TINY && p <= SSSI_HUGE)) return;
 
-    s->reservoir[0].plain += reservoir == 0 ? p : 0.0f;
+    if (reservoir == 0) s->reservoir[0].plain += p;
     if (!s->per_channel) {
         if (sssi_offer(&s->reservoir[reservoir], w, chance)) s->reservoir[reservoir].held = *c;
         return;
@@ -2130,7 +2137,7 @@ SSSI_FN void sssi_walk_on(sss_resampler *s, sss_vec3 direction, float u) {
     s->walk.length = -sssi_log(u) / s->walk.extinction;
 }
 
-/* A walk enters in a direction about the inward normal with density cosine / pi. */
+/* Starts the next walk: its channel, its direction and its first stretch. */
 SSSI_FN void sssi_walk_in(sss_resampler *s) {
     int live = 0;
 
@@ -2155,7 +2162,7 @@ SSSI_FN void sssi_walk_in(sss_resampler *s) {
                              sssi_mul(s->axis[SSSI_BITANGENT], sine * sn));
     sss_vec3 direction = sssi_sub(flat, sssi_mul(s->axis[SSSI_NORMAL], SSSI_SQRT(cosine2)));
 
-    /* The trace begins a skin below the surface, whatever the slope. */
+    /* The trace begins a skin below the surface, or less where the cosine is below 1/16. */
     float ulps = SSSI_ULPS * (sssi_longest(s->position) / s->optics.unit);
     float skin = sssi_max(ulps, SSSI_SKIN / s->walk.extinction);
     skin = sssi_min(skin, SSSI_SKIN_MOST / s->walk.extinction);
@@ -2184,13 +2191,14 @@ SSSI_FN void sssi_walk_scatter(sss_resampler *s) {
     if (carried < SSSI_LN_HALF) {
         float chance = 2.0f * sssi_exp(carried);
 
-        if (!(sssi_walk_number(s, 3u) < chance)) w->scatterings = SSSI_MAX_SCATTERINGS;
+        if (!(sssi_walk_number(s, 3u) < chance)) {
+            w->on = 0;
+            return;
+        }
         w->roulette += SSSI_LN_HALF - carried;
     }
-    if (w->scatterings >= SSSI_MAX_SCATTERINGS) {
-        w->on = 0;
-        return;
-    }
+    w->on = w->scatterings < SSSI_MAX_SCATTERINGS;
+    if (!w->on) return;
 
     /* A uniform direction. */
     float z = 2.0f * sssi_walk_number(s, 0u) - 1.0f;
@@ -2313,9 +2321,9 @@ static inline void sss_add_hit(sss_resampler *s, sss_vec3 position, sss_vec3 geo
 }
 
 /* The entry itself, for Lambert channels. Beside live ones it stands in the first reservoir with
-   the weight ratio * W / H, ratio the number of Lambert over that of live channels and H the
-   weights without hints. That gives it the probability below. With per_channel it is an exit of its
-   own. */
+   the weight ratio * W / plain. Here ratio is the number of Lambert channels over that of live
+   ones, W the sum of weights, and plain that without hints. The chance below follows. With
+   per_channel it is an exit of its own. */
 SSSI_FN int sssi_finish_lambert(const sss_resampler *s, float ratio, sss_exit *exit) {
     int alone = s->optics.live == 0 || s->per_channel;
     float chance = alone ? 1.0f : ratio / (ratio + s->reservoir[0].plain);
@@ -2368,9 +2376,9 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
 
     for (int i = 0; i < reservoirs && i < SSS_MAX_EXITS; ++i) {
         const sssi_reservoir *r = &s->reservoir[i];
-        float mass = r->weight / r->held.light;
-
         if (!(r->weight > 0.0f) || (i == 0 && !surface)) continue;
+
+        float mass = r->weight / r->held.light;
         if (s->per_channel) mass *= s->optics.mix[i];
         else if (i == 0 && s->optics.lambert) mass += mass * (ratio / r->plain);
 
@@ -2383,7 +2391,7 @@ static inline int sss_finish(sss_resampler *s, sss_exit *exits) {
         ++count;
     }
 
-    /* A walk's exit is worth nothing to others. */
+    /* The weights take their mass. A walk's exit then keeps none: it serves no other entry. */
     for (int i = 0; i < count; ++i) {
         if (exits[i].hit < 0) continue;
         for (int c = 0; c < 3; ++c) exits[i].weight[c] *= exits[i].mass;
@@ -2405,7 +2413,8 @@ SSSI_FN float sssi_share_distance2(sss_vec3 exit, sss_vec3 entry, float scale) {
     return sssi_dot(way, way);
 }
 
-/* 0 for what a position that is no number made. */
+/* x, or 0 where it is NaN, infinite or not above 0: bad positions and black media make such
+   numbers. */
 SSSI_FN float sssi_sound(float x) { return x > 0.0f && x <= SSSI_FLT_MAX ? x : 0.0f; }
 
 /* Unit profiles of one entry at an exit, 0 for channels that are not live, and their mean; in scene
@@ -2562,9 +2571,9 @@ SSSI_FN int sssi_plan_tile(const sss_medium *m, float footprint, int is_flat) {
 
 /* The variance of M candidates is about V (1 + k / M). k is 2 where the light about the entry
    varies, and some 12 where it does not: with hints, or where the medium is too narrow for a tile.
-   Where all channels are shared few candidates do, as with k = 2. The best M is the root of k times
-   the cost, of shading and of the rest of the lookup, some two probes. The least power of two whose
-   square reaches half of that product is the nearest to it. */
+   Where all channels are shared few candidates do, as with k = 2. The best M is sqrt(k C). C is the
+   cost of shading plus two probes for the rest of the lookup. The least power of two whose square
+   reaches k C / 2 is the nearest to it. */
 SSSI_FN int sssi_plan_candidates(const sss_medium *m, const sss_need *need, int tile) {
     float worth = need->shading_cost + 2.0f;
     int is_calm = need->hinted || (need->footprint > 0.0f && tile == 0);
