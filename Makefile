@@ -21,7 +21,7 @@ PACKAGES := gcc g++ clang libc6-dev perl libcmocka-dev libstb-dev fonts-dejavu-c
 LONG     := gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-s390x-linux-gnu libc6-dev-s390x-cross gcc-i686-linux-gnu \
     libc6-dev-i386-cross gcc-mingw-w64-x86-64 libclang-rt-dev qemu-user chromium lld nodejs cmake pkg-config parallel \
     python3-pandas python3-matplotlib
-# Without Embree 3 and assimp all but these four is built.
+# Without Embree 3 and assimp all but these four are built.
 HAS_MESH := $(CC) -E -x c -include embree3/rtcore.h -include assimp/cimport.h /dev/null >/dev/null 2>&1
 NO_MESH  := $(shell $(HAS_MESH) || echo build/mesh build/mesh_race build/mesh_share build/test_mesh)
 DEMOS    := $(filter-out $(NO_MESH),$(patsubst %.c,build/%,$(notdir $(wildcard demos/*.c demos/study/*.c))))
@@ -49,7 +49,7 @@ help:
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make measure       measure anew what the READMEs quote, and fill it in (10 minutes)'
-	@echo 'make pictures      the same, and their pictures'
+	@echo 'make pictures      the same, and the pictures of the READMEs but for those of make chart'
 	@echo 'make test          build the tests and run them, 4 to 5 minutes; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
@@ -58,7 +58,7 @@ help:
 	@echo 'make coverage      lines and branches of the header that the tests reach'
 	@echo 'make mix           the experiment that chose the default mix of techniques'
 	@echo 'make tile          the experiment behind sharing: its spacing rule, tile, candidates and colours (5 minutes)'
-	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (8 minutes)'
+	@echo 'make chart         speed against accuracy of all methods, drawn: build/chart-*.png (8 minutes; make setup-long first)'
 	@echo 'make which-model   the map of models that sss_plan_for chooses from, drawn'
 	@echo 'make model-error   how far a flat profile is off from the volume, and whether the plan knows: drawn (about 3 minutes)'
 	@echo 'make failures      ten ways to sample that fail, each beside the header: build/failures.html (about 2 minutes)'
@@ -174,13 +174,16 @@ pictures: build/exit_points failures which-model measure
 
 # What the programs print is kept, and fills the figures of the two pages that quote it.
 KEPT := demos/study/measured
-measure: build/render build/share build/mix build/mesh_share build/bench build/bench_exits model-error
-	build/share demos/study/share.png >$(KEPT)/share.txt
-	build/render --compare --scene rabbit --size 300x360 --seed 2 --png demos/rabbit.png >$(KEPT)/rabbit.txt
-	cp build/model_error.txt $(KEPT)/
-	build/mix >$(KEPT)/mix.txt
-	build/mesh_share >$(KEPT)/mesh_share.txt
-	(build/bench; POCL_CACHE_DIR=build/pocl build/bench_exits) >$(KEPT)/bench.txt
+PRINTED := rabbit share_noise mix model_error mesh_share bench
+measure: build/render build/share_noise build/mix build/mesh_share build/bench build/bench_exits model-error
+	build/render --compare --scene rabbit --size 300x360 --seed 2 --png build/rabbit.png >build/rabbit.txt
+	build/share_noise build/share.png >build/share_noise.txt
+	build/mix >build/mix.txt
+	build/mesh_share >build/mesh_share.txt
+	(build/bench && POCL_CACHE_DIR=build/pocl build/bench_exits) >build/bench.txt
+	cp $(PRINTED:%=build/%.txt) $(KEPT)/
+	cp build/rabbit.png demos/
+	cp build/share.png demos/study/
 	demos/study/quote.sh README.md demos/study/README.md
 
 # What tests/test_window.sh compares with. Look at it before it is kept.

@@ -1428,11 +1428,12 @@ SSSI_FN sssi_optics sssi_make_optics(const sss_medium *m, unsigned techniques) {
 
 SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
     unsigned alone = plan->techniques & (SSS_WALK | SSS_LAMBERT);
+    unsigned probes = SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD;
     int room = SSS_MAX_EXITS;
 
     if (plan->candidates < 0 || plan->candidates > SSS_MAX_CANDIDATES) return SSS_BAD_PLAN;
     if (plan->exits < 0 || plan->exits > SSS_MAX_EXITS) return SSS_BAD_PLAN;
-    if (plan->techniques > SSS_LAMBERT) return SSS_BAD_PLAN;
+    if (plan->techniques & ~(probes | alone)) return SSS_BAD_PLAN;
     if (alone && plan->techniques != SSS_WALK && plan->techniques != SSS_LAMBERT)
         return SSS_BAD_PLAN;
     if (plan->per_channel && (plan->exits > 1 || room < 3)) return SSS_BAD_PLAN;
@@ -1816,8 +1817,10 @@ SSSI_FN void sssi_make_probes_of(sss_resampler *s, int dipole, int count) {
 
         sssi_set_numbers(s, l, sssi_find_place(first, probe < last ? probe : last), &u);
     }
-    for (int l = 0; l < count && s->independent; ++l)
-        sssi_set_numbers(s, l, sssi_find_independent_place(s, s->next + l), &u);
+    if (s->independent) {
+        for (int l = 0; l < count; ++l)
+            sssi_set_numbers(s, l, sssi_find_independent_place(s, s->next + l), &u);
+    }
 
     /* Draw the channel and the radius. */
     sssi_lengths of[3];
@@ -2534,7 +2537,8 @@ static inline void sss_share(const sss_exit *exit, const sss_entry *group, int c
     }
 
     /* What is not shared stays with its own entry. */
-    for (int c = 0; c < 3 && own >= 0 && own < count; ++c)
+    if (own < 0 || own >= count) return;
+    for (int c = 0; c < 3; ++c)
         if (!has_mass || !sss_is_shared(group[own].medium, c, spacing))
             weight[own][c] = exit->weight[c];
 }

@@ -2,8 +2,8 @@
    profiles and analytic surfaces. All of it is in double precision and none of it uses the header's
    arithmetic, so that it can contradict it.
 
-   A test program: include this, call cmocka_run_group_tests from main. Nothing here may be called
-   from inside a parallel region except what says "thread-safe". */
+   A test program: include this, call cmocka_run_group_tests from main. Call check_... and st_report
+   outside parallel regions: they keep state. All else is thread-safe. */
 #ifndef SSS_TEST_H
 #define SSS_TEST_H
 
@@ -129,8 +129,7 @@ static inline double st_relative_variance(const st_stat *s) {
     return st_variance(s) / (s->mean * s->mean);
 }
 
-/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash.
-   Thread-safe. */
+/* A uniform number in (0, 1), and one in -1..1, from a counter; not the header's hash. */
 static inline double st_random(uint64_t counter) {
     uint64_t z = (counter + 1u) * UINT64_C(0x9e3779b97f4a7c15);
     z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -219,8 +218,8 @@ static inline st_frame st_motion(st_vec axis, double angle, st_vec move) { /* Ro
 static inline st_frame st_stay(void) {
     return st_motion(st_vec3(0.0, 0.0, 1.0), 0.0, st_vec3(0.0, 0.0, 0.0));
 }
-static inline st_frame
-st_moved(void) { /* nothing lines up with an axis; float32 still resolves 2e-6 */
+/* Nothing lines up with an axis; float32 still resolves 2e-6. */
+static inline st_frame st_moved(void) {
     return st_motion(st_vec3(0.61, -0.37, 0.83), 2.345, st_vec3(23.0, -17.0, 11.0));
 }
 static inline st_vec st_turn(const st_frame *f, st_vec v) {
@@ -247,7 +246,7 @@ typedef struct st_profile {
     double cut; /* the profile is 0 beyond: infinity, or what a plan without chords can see */
 } st_profile;
 
-static inline double st_rd(const st_profile *p, double r) { /* thread-safe */
+static inline double st_rd(const st_profile *p, double r) {
     if (r > p->cut || p->albedo == 0.0) return 0.0;
     if (!p->dipole)
         return p->albedo * (exp(-r / p->d) + exp(-r / (3.0 * p->d))) / (8.0 * ST_PI * p->d * r);
@@ -291,8 +290,8 @@ static inline st_profile st_burley(double albedo, double dmfp) {
 static inline void st_fresnel_moments(double eta, double *two_c1, double *three_c2) {
     double critical = sqrt(1.0 - 1.0 / (eta * eta)), c1 = critical * critical / 2.0,
            c2 = pow(critical, 3.0) / 3.0;
-    for (int i = 0; i < 600;
-         ++i) { /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away */
+    /* mu = critical + (1 - critical) x^2 takes the root at the critical angle away. */
+    for (int i = 0; i < 600; ++i) {
         double w, x = st_node(0.0, 1.0, 200, i, &w), mu = critical + (1.0 - critical) * x * x;
         double out = sqrt(fmax(1.0 - eta * eta * (1.0 - mu * mu), 0.0));
         double rs = (eta * mu - out) / (eta * mu + out), rp = (mu - eta * out) / (mu + eta * out);
@@ -369,7 +368,12 @@ static inline const char *st_kind_name(st_kind kind) {
                                                 "stack", "edge",   "cylinder"};
     return names[kind];
 }
-/* The surface that DESIGN.md's closed forms are quoted for, at d = 1. */
+/* Parallel sheets. */
+static inline int st_sheets(st_kind kind) {
+    if (kind == ST_STACK) return ST_SHEETS;
+    return kind == ST_SLAB ? 2 : 1;
+}
+/* The surface of each kind that the closed forms in test_contract.c belong to, at d = 1. */
 static inline st_fixture st_standard(st_kind kind, st_frame frame) {
     static const double sizes[ST_KINDS] = {0.0, 1.0, 1.0, 0.3, 0.2, 0.3};
     st_fixture f;
@@ -405,32 +409,30 @@ static inline int st_hit_round(const st_fixture *f, st_vec o, st_vec d, double l
     double q = b * b - a * c;
     int count = 0;
     if (!(a > 0.0 && q > 0.0)) return 0;
-    double t;
     for (int i = -1; i <= 1; i += 2) {
-        t = (-b + i * sqrt(q)) / a;
+        double t = (-b + i * sqrt(q)) / a;
         if (!(t >= 0.0 && t <= length)) continue;
         st_vec y = st_sum(o, d, t);
         count = st_insert(f, hits, count, t, y, st_unit(st_vec3(y.x, round * y.y, y.z + R)));
     }
     return count;
 }
-/* All hits of a probe, nearest first; hits has ST_MAX_HITS places. Thread-safe. */
+/* All hits of a probe, nearest first; hits has ST_MAX_HITS places. */
 static inline int st_trace(const st_fixture *f, const sss_probe *probe, st_hit *hits) {
     st_vec o = st_local(&f->frame, probe->origin),
            d = st_turn_back(&f->frame, st_double(probe->direction));
     double length = (double)probe->length;
-    int sheets = f->kind == ST_SLAB ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1, count = 0;
+    int sheets = st_sheets(f->kind), count = 0;
     if (f->kind == ST_SPHERE || f->kind == ST_CYLINDER)
         return st_hit_round(f, o, d, length, f->kind == ST_SPHERE ? 1.0 : 0.0, hits);
-    double t;
     for (int i = 0; i < sheets && d.z != 0.0; ++i) {
-        t = (-i * f->size - o.z) / d.z;
+        double t = (-i * f->size - o.z) / d.z;
         st_vec y = st_sum(o, d, t);
         if (t >= 0.0 && t <= length && (f->kind != ST_EDGE || y.x <= f->size))
             count = st_insert(f, hits, count, t, y, st_vec3(0.0, 0.0, 1.0));
     }
     if (f->kind == ST_EDGE && d.x != 0.0) {
-        t = (f->size - o.x) / d.x;
+        double t = (f->size - o.x) / d.x;
         st_vec y = st_sum(o, d, t);
         if (t >= 0.0 && t <= length && y.z <= 0.0)
             count = st_insert(f, hits, count, t, y, st_vec3(1.0, 0.0, 0.0));
@@ -480,7 +482,7 @@ static inline double st_ring(const st_fixture *f, int face, double s, double low
  * surface; about 1e-6. */
 static inline double st_surface(const st_fixture *f, double scale, st_function *function,
                                 const void *context) {
-    int faces = f->kind == ST_SLAB || f->kind == ST_EDGE ? 2 : f->kind == ST_STACK ? ST_SHEETS : 1;
+    int faces = f->kind == ST_EDGE ? 2 : st_sheets(f->kind);
     double sum = 0.0;
     for (int face = 0; face < faces; ++face) {
         double low = HUGE_VAL, high = HUGE_VAL,
@@ -539,8 +541,7 @@ static inline double st_truth(const st_fixture *f, const st_profile *p, st_light
     return st_surface(f, p->dipole ? 1.0 / (3.0 * p->s) : p->d, st_lit, &context);
 }
 
-/* The same at E = 1 for Burley's profile with A = d = 1, from closed forms in one dimension
- * (theory, section 0). */
+/* The same at E = 1 for Burley's profile with A = d = 1, by integrals in one dimension. */
 static inline double st_bessel_k0(double x) { /* the integral of e^(-x cosh t) */
     double sum = 0.5 * exp(-x);
     for (double t = 0.03125; t < 30.0; t += 0.03125) sum += exp(-x * cosh(t));

@@ -1,7 +1,7 @@
 /* What broke under attack, each a promise from then on: entries on an edge, a surface on the sphere
    of radius r_max, channels that are nearly white, hints of very different size, scenes far from
    the origin. Means are held against closed forms: at |z| < 5 the chance that a correct header
-   fails somewhere in this file is 2e-4. */
+   fails somewhere in this file is 2e-4. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.0

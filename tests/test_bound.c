@@ -4,7 +4,7 @@
    Channels without a profile (Lambert) are not live; beside them an exit also stands for the entry,
    which adds at most albedo[c] for each of them. Searched over 1e7 random media, points and
    normals; that the bound is nearly reached shows that it is not vacuous. No statistics: nothing
-   here may be exceeded at all, but for the rounding of float32. */
+   here may be exceeded at all, but for the rounding of float32. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define MEDIA    500

@@ -9,7 +9,7 @@
    Comparisons: 171. At |z| < 5.0 the chance that a correct header fails somewhere in this file is
    171 * 5.7e-7 = 1e-4. A bias of 1 % gives z = 7.1 and is seen with probability 0.98, one of 0.7 %
    every other time. In make test, which takes an eighth of the lookups, errors are 2.8 times
-   that. */
+   that. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT      5.0

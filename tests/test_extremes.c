@@ -7,7 +7,7 @@
    On a plane at E = 1 the integral is the albedo. Comparisons of means: 192. At |z| < 5.0 the
    chance that a correct header fails here is 192 * 5.7e-7 = 1e-4. The least sharp sees a bias
    of 1.3 % every other time and one of 2 % always; in make test, which takes an eighth of the
-   lookups, 2.8 times that. */
+   lookups, 2.8 times that. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.0

@@ -4,7 +4,7 @@
    Comparisons: 21 z-scores at |z| < 5.0, 10 distributions at sqrt(n) D < 2.6: the chance that a
    correct header fails somewhere in this file is 21 * 5.7e-7 + 10 * 2.7e-6 = 4e-5. The rest is
    exact, or a bound that follows from the bound of the weights; where a limit is not from theory it
-   says where from. */
+   says where from. SPDX-License-Identifier: MIT */
 #define SSS_MAX_CANDIDATES 65534 /* the most that may be set; it costs nothing */
 #include "sss_test.h"
 

@@ -6,7 +6,8 @@
    Comparisons: 368. At |z| < 5.2 the chance that a correct header fails somewhere in this file is
    368 * 2.0e-7 = 7e-5. A place that is hit by 5 % of the probes shows a bias of 1 % at z = 5.5,
    one that is hit by 10 % at z = 7.7; st_report prints the bias that lifts the rarest to the limit.
-   A Jacobian or an axis that is left out changes some place by 20 % or more. */
+   A Jacobian or an axis that is left out changes some place by 20 % or more.
+   SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2

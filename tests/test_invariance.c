@@ -4,7 +4,7 @@
 
    Comparisons of means: 24. At |z| < 4.9 the chance that a correct header fails here is 24 * 9.6e-7
    = 2e-5. Each mean is known to 0.15 % or better: a bias of 1 % of one against the other gives z
-   > 5. */
+   > 5. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT 4.9

@@ -5,7 +5,7 @@
 
    Comparisons: 17 z-scores at |z| < 5.2: the chance that a correct program fails somewhere in this
    file is 17 * 2.0e-7 = 3.4e-6. What the tessellation itself may change is bounded where it is
-   used. */
+   used. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #include "demos/common/mesh_tracer.h"

@@ -12,7 +12,8 @@
    The cases are fixed. Errors are measured until they are 3 standard errors away from the
    tolerance, or by 2^17 walks; a case that is still on the border counts by its likelihood. Over
    other seeds the two rates vary by 1.1 and 2.1 of a hundred (binomial, at 3 and 13 of a hundred).
-   The leaf: 6 z-scores, at |z| < 5 the chance of a false alarm is 3e-6. */
+   The leaf: 6 z-scores, at |z| < 5 the chance of a false alarm is 3e-6.
+   SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #include "demos/study/model_bodies.h"

@@ -6,7 +6,7 @@
    file is 456 * 2.0e-7 = 9e-5. The means are known to 0.13 % or better: a bias of 1 % gives z
    of 7.5 or more. A share of the probes that is wrong by 3 %, a cell that is wrong by 4 % and a
    stratified variance 8 % above the independent one are seen, in make test one that is 16 %
-   above. */
+   above. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #define Z_LIMIT 5.2

@@ -7,7 +7,7 @@
    Comparisons: 120 z-scores at |z| < 5.2 (111 in make test): the chance that a correct program
    fails somewhere in this file is 120 * 2.0e-7 = 2.4e-5. Totals of the walk are known to 1 % or
    better, in make test to 2 %. The point cloud is no random estimate of the integral; its limits
-   are stated where they are checked. */
+   are stated where they are checked. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 
 #include "demos/study/rivals.h"

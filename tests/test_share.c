@@ -656,7 +656,6 @@ static void halves_give_the_bits_of_the_whole(void **state) {
                 }
                 float other[MOST][3];
                 sss_share(&exits[e], backwards, g.count, g.count - 1 - i, g.spacing, other);
-                int kept;
                 for (int j = 0; j < g.count; ++j) {
                     float half[3];
 
@@ -664,8 +663,8 @@ static void halves_give_the_bits_of_the_whole(void **state) {
                     for (int c = 0; c < 3; ++c) {
                         float back = other[g.count - 1 - j][c];
 
-                        kept = !(exits[e].mass > 0.0f) ||
-                               !sss_is_shared(g.entry[j].medium, c, g.spacing);
+                        int kept = !(exits[e].mass > 0.0f) ||
+                                   !sss_is_shared(g.entry[j].medium, c, g.spacing);
                         if (kept) half[c] = j == i ? exits[e].weight[c] : 0.0f;
                         if (!same_bits(half[c], whole[j][c]))
                             fail_msg("%s: exit of %d, entry %d: %.9g by halves, %.9g as a whole",
@@ -811,7 +810,6 @@ static void hostile_arguments_make_no_nan(void **state) {
     sss_dipole_from_albedo(&media[1], albedo, one, 1.3f);
     sss_better_dipole_from_albedo(&media[2], albedo, one, 1.3f);
     assert_int_equal(sss_burley(&media[3], one, bad), SSS_BAD_LENGTH); /* black */
-    int m;
     for (int b = 0; b < 8; ++b) {
         for (int k = 0; k < 4 * 5 * 5 * 6 * 4; ++k) {
             sss_exit exit;
@@ -823,7 +821,7 @@ static void hostile_arguments_make_no_nan(void **state) {
             if (k % 3 == 0) exit.position.x = bad[b];
             sss_entry crowd[9];
             for (int i = 0; i < 9; ++i) {
-                m = k / 600 == 3 ? i % 4 : k / 600;
+                int m = k / 600 == 3 ? i % 4 : k / 600;
                 crowd[i].medium = &media[m];
                 crowd[i].position.x = 0.1f * (float)i;
                 crowd[i].position.y = k % 3 == 1 ? bad[b] : 0.0f;

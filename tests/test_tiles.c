@@ -1,6 +1,6 @@
 /* The demos' tracer: tiles that share their exits have the mean of brute force everywhere in the
    picture, whatever the plan; every pixel belongs to one tile; and walks leave a union of shapes
-   where probes cross its boundary. */
+   where probes cross its boundary. SPDX-License-Identifier: MIT */
 #include "sss_test.h"
 #include "demos/common/scenes.h"
 #include "demos/common/tracer.h"

@@ -124,6 +124,7 @@ static inline const char *output_begin(output *o, const char *path) {
     if (!wrong) wrong = output_open(o, &file);
     if (!wrong && o->target && !o->beside && ftruncate(file, 0) != 0) wrong = strerror(errno);
     if (!wrong && !(o->file = fdopen(file, "wb"))) wrong = strerror(errno);
+    if (wrong && file >= 0) close(file);
     if (wrong && o->beside) unlink(o->beside);
     if (wrong) output_free(o);
     errno = 0; // so that output_end() knows whether writing set it

@@ -26,7 +26,8 @@
 #define IMAGE_MAX_NOTE (1 << 27) // bytes of text behind a PFM's pixels
 
 #define IMAGE_NO_ROOM "it does not fit into memory"
-#define IMAGE_CUT     "could not be written to the end"
+#define IMAGE_CUT     "it could not be written to the end"
+#define IMAGE_UNREAD  "it could not be read to the end"
 
 // Linear RGB, rows from the top, three floats a pixel.
 typedef struct image {
@@ -115,7 +116,7 @@ static inline const char *image_read_pixels(image *out, FILE *file, int little) 
         float *row = out->rgb + image_count(out->width, y);
         for (int i = 0; i < 3 * out->width; i++) {
             unsigned char b[4];
-            if (fread(b, 1, 4, file) != 4) return "it ends too early";
+            if (fread(b, 1, 4, file) != 4) return ferror(file) ? IMAGE_UNREAD : "it ends too early";
             row[i] = image_float(b, little);
             if (!(fabsf(row[i]) <= FLT_MAX)) return "it has pixels that are no finite numbers";
         }
@@ -138,6 +139,11 @@ static inline const char *image_read_note(FILE *file, char **note) {
         *note = larger;
         got = fread(*note + length, 1, room - 1 - length, file);
         length += got;
+    }
+    if (ferror(file)) {
+        free(*note);
+        *note = NULL;
+        return IMAGE_UNREAD;
     }
     (*note)[length] = '\0';
     return strlen(*note) == length ? NULL : "it has bytes behind its pixels that are no text";
@@ -202,18 +208,17 @@ static inline void image_blit(image_bytes *to, const image *from, float exposure
 static inline const char *image_font_open(image_font *font) {
     FILE *file = fopen(FONT_FILE, "rb");
     if (!file) return strerror(errno);
-    const char *wrong = "is not a TrueType font";
-    font->file = NULL;
-    if (fseek(file, 0, SEEK_END) == 0) {
-        long size = ftell(file);
-        rewind(file);
-        font->file = size > 0 ? (unsigned char *)malloc((size_t)size) : NULL;
-        if (font->file && fread(font->file, 1, (size_t)size, file) == (size_t)size &&
-            stbtt_InitFont(&font->info, font->file, stbtt_GetFontOffsetForIndex(font->file, 0))) {
-            wrong = NULL;
-        }
-    }
+    const char *wrong = NULL;
+    long size = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
+    rewind(file);
+    font->file = size > 0 ? (unsigned char *)malloc((size_t)size) : NULL;
+    if (size > 0 && !font->file) wrong = IMAGE_NO_ROOM;
+    else if (size <= 0 || fread(font->file, 1, (size_t)size, file) != (size_t)size)
+        wrong = IMAGE_UNREAD;
+    else if (!stbtt_InitFont(&font->info, font->file, stbtt_GetFontOffsetForIndex(font->file, 0)))
+        wrong = "it is not a TrueType font";
     fclose(file);
+    if (wrong) free(font->file);
     return wrong;
 }
 

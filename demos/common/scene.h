@@ -61,9 +61,9 @@ typedef struct scene {
     scene_light light;
     sss_vec3 sky_horizon, sky_zenith; // radiance, linear in the height of the direction
     sss_vec3 floor_albedo;
-    float floor_lit; // rough share of the floor around the object that the light reaches
-    sss_vec3 eye, right, up,
-        forward; // forward is unit length; right and up reach the edge of the central square
+    float floor_lit;       // rough share of the floor around the object that the light reaches
+    sss_vec3 eye, forward; // forward is of unit length
+    sss_vec3 right, up;    // they reach the edge of the central square
 } scene;
 
 typedef struct scene_interval {
@@ -175,8 +175,13 @@ static inline float scene_first_root(sss_vec3 o, sss_vec3 d, sss_vec3 core, floa
                    y = scene_slab_interval(o.y, d.y, core.y),
                    z = scene_slab_interval(o.z, d.z, core.z);
     float crossing[6];
-    crossing[0] = x.t0, crossing[1] = x.t1, crossing[2] = y.t0;
-    crossing[3] = y.t1, crossing[4] = z.t0, crossing[5] = z.t1;
+    crossing[0] = x.t0;
+    crossing[1] = x.t1;
+    crossing[2] = y.t0;
+    crossing[3] = y.t1;
+    crossing[4] = z.t0;
+    crossing[5] = z.t1;
+
     for (int piece = 0; piece < 7 && start < end; piece++) {
         float stop = end;
         for (int i = 0; i < 6; i++) {
@@ -268,9 +273,12 @@ static inline int scene_inside_another(const SCENE_SPACE scene *s, sss_vec3 posi
 static inline int scene_shape_at(const SCENE_SPACE scene *s, sss_vec3 position) {
     int best = 0;
     float least = 1e30f;
+
     for (int i = 0; i < s->shape_count; i++) {
         float level = scene_abs(scene_level(&s->shape[i], position));
-        if (level < least) least = level, best = i;
+        if (level >= least) continue;
+        least = level;
+        best = i;
     }
     return best;
 }
@@ -283,6 +291,7 @@ static inline void scene_segment_hits(const SCENE_SPACE scene *s, sss_vec3 origi
     for (int i = 0; i < s->shape_count; i++) {
         interval[i] = scene_shape_interval(&s->shape[i], origin, direction);
     }
+
     for (int k = 0; k < 2 * s->shape_count; k++) {
         scene_interval own = interval[k >> 1];
         float t = (k & 1) != 0 ? own.t1 : own.t0;
@@ -311,10 +320,14 @@ static inline void scene_way_out(const SCENE_SPACE scene *s, sss_vec3 origin, ss
     for (int i = 0; i < s->shape_count; i++) {
         interval[i] = scene_shape_interval(&s->shape[i], origin, direction);
         if (!(interval[i].t0 <= interval[i].t1 && interval[i].t0 >= 0.0f)) continue;
-        if (interval[i].t0 < enters) enters = interval[i].t0, entered = i;
+        if (interval[i].t0 >= enters) continue;
+        enters = interval[i].t0;
+        entered = i;
     }
+
     do {
         before = shape;
+
         for (int i = 0; i < s->shape_count; i++) {
             if (!(interval[i].t0 <= reached && interval[i].t1 > reached)) continue;
             reached = interval[i].t1;
@@ -339,6 +352,7 @@ static inline scene_hit scene_nearest(const SCENE_SPACE scene *s, sss_vec3 origi
         nearest.t = scene_max(-origin.y / direction.y, 0.0f);
         nearest.shape = SCENE_FLOOR;
     }
+
     for (int i = 0; i < s->shape_count; i++) {
         if (i == leaving) continue;
         scene_interval interval = scene_shape_interval(&s->shape[i], origin, direction);
@@ -380,12 +394,12 @@ static inline scene_ambient scene_make_ambient(const SCENE_SPACE scene *s, sss_v
                  (squared * squared);
     a.above = s->sky_horizon;
     a.climb = scene_sub(s->sky_zenith, s->sky_horizon);
-    sss_vec3 sky =
-        scene_along(a.above, a.climb, 2.0f / 3.0f); // its irradiance on the floor over pi
+    // The sky's irradiance on the floor, over pi.
+    sss_vec3 sky = scene_along(a.above, a.climb, 2.0f / 3.0f);
     sss_vec3 floor_radiance = scene_mul(
         s->floor_albedo, scene_along(sky, s->light.radiance, lamp * s->floor_lit / SCENE_PI));
-    a.below = scene_along(floor_radiance, a.climb,
-                          2.0f / 3.0f); // so that its mean, seen from above, is that of the floor
+    // So that its mean, seen from above, is that of the floor.
+    a.below = scene_along(floor_radiance, a.climb, 2.0f / 3.0f);
     return a;
 }
 

@@ -100,9 +100,8 @@ static inline tracer_random tracer_random_begin(uint32_t seed, uint32_t pixel, u
     return r;
 }
 
-static inline float tracer_unit(uint32_t bits) {
-    return (float)(bits >> 8) * (1.0f / 16777216.0f);
-} // [0, 1)
+// A number in [0, 1).
+static inline float tracer_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
 static inline float tracer_next(tracer_random *r) {
     return tracer_unit(sss_hash(r->sample_key, r->dimension++));
@@ -111,14 +110,19 @@ static inline float tracer_next(tracer_random *r) {
 // Coordinate `d` (0..5) of a rank-1 sequence: sample k sits at offset + k g^-(d+1) mod 1, g^7 = g +
 // 1 (the golden ratio's cousin in six dimensions), with the offset hashed from the pixel. Even for
 // every number of samples, in any order.
+static inline uint32_t tracer_step(uint32_t d) {
+    switch (d) {
+    case 0u: return 3859688307u;
+    case 1u: return 3468523227u;
+    case 2u: return 3117001275u;
+    case 3u: return 2801104767u;
+    case 4u: return 2517223199u;
+    }
+    return 2262111973u;
+}
 static inline float tracer_stratified(const tracer_random *r, uint32_t d) {
-    uint32_t step = d == 0u   ? 3859688307u
-                    : d == 1u ? 3468523227u
-                    : d == 2u ? 3117001275u
-                    : d == 3u ? 2801104767u
-                    : d == 4u ? 2517223199u
-                              : 2262111973u;
-    return tracer_unit(sss_hash(r->pixel_key, 0x80000000u + d) + r->sample * step);
+    uint32_t offset = sss_hash(r->pixel_key, 0x80000000u + d);
+    return tracer_unit(offset + r->sample * tracer_step(d));
 }
 
 // A unit vector that is nowhere near parallel to n, crossed with n.
@@ -159,8 +163,8 @@ static inline sss_vec3 tracer_light(const SCENE_SPACE scene *s, tracer_point poi
     if (!(distance > 0.0f)) return none;
     sss_vec3 direction = scene_scale(path, 1.0f / distance);
     float here = scene_dot(direction, point.normal), there = -scene_dot(direction, s->light.normal);
-    if (here <= 0.0f || there <= 0.0f || point.position.y < 0.0f)
-        return none; // below the floor it is dark
+    if (here <= 0.0f || there <= 0.0f) return none;
+    if (point.position.y < 0.0f) return none; // below the floor it is dark
     if (scene_occluded(s, point.position, direction, distance, point.shape)) return none;
     return scene_scale(s->light.radiance, here * there * s->light.area / squared);
 }
@@ -193,7 +197,8 @@ static inline float tracer_footprint(const SCENE_SPACE scene *s, tracer_settings
 // straight in, three in and three out at 60 degrees from the normal. *cosine: with the normal.
 #define TRACER_FEELERS 7
 static inline sss_vec3 tracer_feeler(sss_vec3 normal, int i, float *cosine) {
-    *cosine = i == 0 ? -1.0f : i < 4 ? -0.5f : 0.5f;
+    float aside = i < 4 ? -0.5f : 0.5f;
+    *cosine = i == 0 ? -1.0f : aside;
     return tracer_about(normal, *cosine, i == 0 ? 0.0f : 0.8660254f, (float)(i % 3) / 3.0f);
 }
 
@@ -204,6 +209,7 @@ static inline sss_vec3 tracer_feeler(sss_vec3 normal, int i, float *cosine) {
 static inline float tracer_radius(const SCENE_SPACE scene *s, sss_vec3 position, sss_vec3 normal) {
     scene_hits hits;
     float radius = 1e30f, cosine;
+
     for (int i = 0; i < TRACER_FEELERS; i++) {
         sss_vec3 direction = tracer_feeler(normal, i, &cosine);
         scene_segment_hits(s, position, direction, 1e3f, &hits);
@@ -218,8 +224,8 @@ static inline float tracer_radius(const SCENE_SPACE scene *s, sss_vec3 position,
 // An exit costs a ray to the light and one that goes on.
 #define TRACER_SHADING_COST 2.0f
 
-// What a lookup whose model is not given by the user asks for. The rest of settings.plan stays, the
-// number of candidates where they are probes.
+// The plan of a lookup whose model the user leaves open. sss_plan_for gives the techniques, and the
+// candidates of a disk, of a walk, and where the user names none. All else is settings.plan.
 static inline sss_plan tracer_choose(const sss_medium *m, tracer_settings settings, float footprint,
                                      float radius) {
     sss_need need;
@@ -269,6 +275,7 @@ static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings sett
     unsigned char found[SCENE_MAX_FOUND]; // the shape of each hit, in the order of the calls
     int calls = 0, aware = settings.method == TRACER_RESAMPLED && settings.light_aware;
     sss_begin_sample(&resampler, &medium, &plan, position, normal, seed, sample);
+
     while (sss_next_probe(&resampler, &probe)) {
         (*probes)++;
         if (plan.techniques == SSS_WALK) {
@@ -276,6 +283,7 @@ static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings sett
         } else {
             scene_segment_hits(s, probe.origin, probe.direction, probe.length, &hits);
         }
+
         for (int i = 0; i < hits.count; i++) {
             sss_vec3 at = scene_along(probe.origin, probe.direction, hits.hit[i].t);
             sss_vec3 facing = scene_normal(&s->shape[hits.hit[i].shape], at);
@@ -284,6 +292,7 @@ static inline int tracer_lookup(const SCENE_SPACE scene *s, tracer_settings sett
             sss_add_hit(&resampler, at, facing, aware ? tracer_light_guess(s, at, facing) : 1.0f);
         }
     }
+
     int count = sss_finish(&resampler, exits);
     for (int i = 0; i < count; i++) {
         int hit = exits[i].hit < calls ? exits[i].hit : calls;
@@ -305,6 +314,7 @@ static inline int tracer_exits(const SCENE_SPACE scene *s, tracer_settings setti
 static inline void tracer_exit_points(const sss_exit *exits, const int *shapes, int count,
                                       tracer_points *points) {
     points->count = count;
+
     for (int i = 0; i < count; i++) {
         points->point[i].position = exits[i].position;
         points->point[i].normal = exits[i].normal;
@@ -352,8 +362,8 @@ static inline tracer_point tracer_area_point(const SCENE_SPACE scene *s, int sha
     const SCENE_SPACE scene_shape *body = &s->shape[shape];
     sss_vec3 about = tracer_parameter(body, position);
     float pick = tracer_next(random), first = tracer_next(random), turn = tracer_next(random);
-    float rho = pick < 0.5f ? 2.0f * scene_sqrt(first)
-                            : 2.0f * first; // rho^2 is uniform (on the sphere), or rho is
+    // Either rho^2 is uniform, which is uniform on the sphere, or rho is.
+    float rho = 2.0f * (pick < 0.5f ? scene_sqrt(first) : first);
     float sine = rho * scene_sqrt(scene_max(1.0f - 0.25f * rho * rho, 0.0f));
     sss_vec3 w = tracer_about(about, 1.0f - 0.5f * rho * rho, sine, turn);
     float density = (1.0f + 1.0f / scene_max(rho, 1e-6f)) * (0.125f / SCENE_PI);
@@ -390,6 +400,7 @@ static inline void tracer_area_points(const SCENE_SPACE scene *s, sss_vec3 posit
     }
     int shape = 0;
     points->count = 0;
+
     for (int k = 0; k < TRACER_AREA_POINTS; k++) {
         float place = ((float)k + tracer_next(random)) * (total / (float)TRACER_AREA_POINTS);
         while (shape < s->shape_count - 1 && place >= below + share[shape]) below += share[shape++];
@@ -408,7 +419,8 @@ typedef struct tracer_path {
     uint32_t surface; // how many surfaces the path has met
 } tracer_path;
 
-// The irradiance at a point but for the one ray that goes on. `first`: of the path.
+// The irradiance at a point but for the one ray that goes on. `first`: this is the path's first
+// point, whose numbers are stratified.
 static inline sss_vec3 tracer_irradiance(const SCENE_SPACE scene *s, tracer_point point, int first,
                                          tracer_random *random) {
     float u = first ? tracer_stratified(random, TRACER_STRATIFY_LIGHT) : tracer_next(random);
@@ -424,6 +436,7 @@ static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *p
     sss_vec3 radiance = scene_vec(0.0f, 0.0f, 0.0f);
     float total = 0.0f, chosen_weight = 1.0f;
     int chosen = 0;
+
     for (int k = 0; k < points->count; k++) {
         tracer_point point = points->point[k];
         int first = path->surface == 0u && k == 0;
@@ -435,6 +448,7 @@ static inline sss_vec3 tracer_shade(const SCENE_SPACE scene *s, tracer_points *p
         if (points->count > 1 && tracer_next(&path->random) * total < weight) chosen = k;
         if (chosen == k) chosen_weight = weight;
     }
+
     tracer_point next = points->point[chosen];
     next.weight = scene_scale(next.weight, chosen_weight > 0.0f ? total / chosen_weight : 0.0f);
     points->point[0] = next;
@@ -454,6 +468,7 @@ static inline void tracer_surface(const SCENE_SPACE scene *s, tracer_settings se
         points->point[0].shape = SCENE_FLOOR;
         return;
     }
+
     sss_vec3 normal = scene_normal(&s->shape[shape], position);
     if (settings.method == TRACER_REFERENCE) {
         tracer_area_points(s, position, &path->random, points);
@@ -491,11 +506,13 @@ static inline void tracer_follow(const SCENE_SPACE scene *s, tracer_settings set
     tracer_points points;
     while (path->origin.y >= 0.0f) { // below the floor it is dark
         scene_hit hit = scene_nearest(s, path->origin, path->direction, path->leaving);
+
         if (hit.shape == SCENE_NOTHING) {
             sss_vec3 sky = scene_sky(s, path->direction);
             result->radiance = scene_add(result->radiance, scene_mul(path->throughput, sky));
             return;
         }
+
         if (path->surface == TRACER_MAX_SURFACES) return;
         sss_vec3 position = scene_along(path->origin, path->direction, hit.t);
         tracer_surface(s, settings, position, hit.shape, path, &points, result);
@@ -550,8 +567,9 @@ static inline tracer_result tracer_sample(const SCENE_SPACE scene *s, tracer_set
 
 // The side of the tiles in use, in pixels; 1: none.
 static inline int tracer_tile_side(tracer_settings settings) {
-    int side = settings.method == TRACER_RESAMPLED ? settings.plan.tile : 1;
-    return side < 1 ? 1 : side > TRACER_MAX_TILE ? TRACER_MAX_TILE : side;
+    int side = settings.plan.tile;
+    if (settings.method != TRACER_RESAMPLED || side < 1) return 1;
+    return side > TRACER_MAX_TILE ? TRACER_MAX_TILE : side;
 }
 
 // How far the grid of tiles is shifted to the left (axis 0) or up (1), so that each sample has its
@@ -605,11 +623,13 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     int shares = hit.shape >= 0;
 
     tracer_tile_clear(tile, i);
+
     if (shares) {
         normal = scene_normal(&s->shape[hit.shape], position);
         plan = tracer_plan(s, settings, position, normal);
         shares = tracer_may_share(settings, plan);
     }
+
     if (!shares) {
         tracer_follow(s, settings, &path, &result);
         return result;
@@ -629,6 +649,7 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
     float total = 0.0f, chosen_weight = 1.0f;
     int chosen = 0;
     tracer_exit_points(exits, shapes, count, &points);
+
     for (int k = 0; k < count; k++) {
         tile->exit[i][k] = exits[k];
         tile->light[i][k] = tracer_irradiance(s, points.point[k], k == 0, &path.random);
@@ -637,6 +658,7 @@ static inline tracer_result tracer_tile_begin(const SCENE_SPACE scene *s, tracer
         if (count > 1 && tracer_next(&path.random) * total < weight) chosen = k;
         if (chosen == k) chosen_weight = weight;
     }
+
     if (!(chosen_weight > 0.0f)) return result;
     sss_vec3 expected = tracer_go_on(s, points.point[chosen], &path);
     tracer_follow(s, settings, &path, &result);
@@ -661,17 +683,20 @@ static inline void tracer_tile_share(const sss_medium *m, const TRACER_TILE_SPAC
     sss_entry entry[TRACER_TILE_PIXELS];
     float weight[TRACER_TILE_PIXELS][3], spacing = tracer_tile_spacing(tile, group);
     int pixel[TRACER_TILE_PIXELS], members = 0;
+
     for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
         if (tile->group[i] != group) continue;
         entry[members].position = tile->entry[i];
         entry[members].medium = m;
         pixel[members++] = i;
     }
+
     for (int own = 0; own < members; own++) {
         for (int k = 0; k < tile->count[pixel[own]]; k++) {
             sss_vec3 light = tile->light[pixel[own]][k];
             sss_exit exit = tile->exit[pixel[own]][k];
             sss_share(&exit, entry, members, own, spacing, weight);
+
             for (int i = 0; i < members; i++) {
                 sss_vec3 w = scene_vec(weight[i][0], weight[i][1], weight[i][2]);
                 sss_vec3 brought = scene_scale(scene_mul(w, light), 1.0f / SCENE_PI);
@@ -689,6 +714,7 @@ static inline tracer_result tracer_tile_sample(const SCENE_SPACE scene *s, trace
     sss_medium medium = s->medium;
     tracer_result all = tracer_no_result();
     int x, y;
+
     for (int i = 0; i < TRACER_TILE_PIXELS; i++) {
         tracer_tile_clear(tile, i);
         radiance[i] = scene_vec(0.0f, 0.0f, 0.0f);
@@ -698,6 +724,7 @@ static inline tracer_result tracer_tile_sample(const SCENE_SPACE scene *s, trace
         all.probes += one.probes;
         all.shaded += one.shaded;
     }
+
     tracer_tile_share(&medium, tile, 0, radiance);
     return all;
 }
@@ -707,6 +734,7 @@ static inline tracer_result tracer_tile_sample(const SCENE_SPACE scene *s, trace
 static inline void tracer_tile_densities(const SCENE_SPACE scene *s, int own,
                                          TRACER_TILE_SPACE tracer_tile *tile) {
     sss_medium medium = s->medium;
+
     for (int k = 0; k < tile->count[own]; k++) {
         sss_exit exit = tile->exit[own][k];
         float sum = 0.0f;
@@ -724,6 +752,7 @@ static inline sss_vec3 tracer_tile_gather(const SCENE_SPACE scene *s, int i,
     sss_medium medium = s->medium;
     sss_vec3 radiance = scene_vec(0.0f, 0.0f, 0.0f);
     float spacing = tracer_tile_spacing(tile, tile->group[i]), weight[3];
+
     for (int own = 0; own < TRACER_TILE_PIXELS; own++) {
         if (tile->group[own] != tile->group[i]) continue;
         for (int k = 0; k < tile->count[own]; k++) {

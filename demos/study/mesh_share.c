@@ -125,9 +125,10 @@ int main(void) {
     for (int k = 0; k < MEDIA; k++) print_row(&rows[k]);
 
     double least = 1.0;
-    for (int k = 0; k < MEDIA; k++)
-        for (int i = HINTED; rows[k].most < 1.0f && i < METHODS; i++)
-            least = fmin(least, rows[k].ratio[i]);
+    for (int k = 0; k < MEDIA; k++) {
+        if (rows[k].most >= 1.0f) continue;
+        for (int i = HINTED; i < METHODS; i++) least = fmin(least, rows[k].ratio[i]);
+    }
     printf("\nWith a length of %.2g pixels a hint divides the squared error by %.2g, and the plan "
            "with a hint by %.2g.\n",
            (double)rows[0].most, 1.0 / rows[0].ratio[HINTED], 1.0 / rows[0].ratio[PLAN_HINTED]);

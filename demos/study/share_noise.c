@@ -1,10 +1,10 @@
-// share.c - what the noise of shared exits looks like: a part of the bear, each exit for its own
+// share_noise.c - what the noise of shared exits looks like: a part of the bear, each exit for its own
 // lookup on the left and shared on the right, after 1 and after 16 samples a pixel, with the error
-// below. Usage: share FILE.png
+// below. Usage: share_noise FILE.png
 // SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
-#define COMMAND "share"
+#define COMMAND "share_noise"
 #include "demos/common/command.h"
 #include "demos/common/files.h"
 #include "demos/common/tracer.h"
@@ -161,7 +161,7 @@ static void draw_sheet(const char *path, const image *part, const image truth[2]
 }
 
 int main(int count, char **words) {
-    if (count != 2 || words[1][0] == '-') fail(2, "usage: share FILE.png");
+    if (count != 2 || words[1][0] == '-') fail(2, "usage: share_noise FILE.png");
     const char *wrong = output_try(words[1]);
     if (wrong) fail(2, "cannot write %s: %s", words[1], wrong);
     scene s;
