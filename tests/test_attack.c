@@ -338,7 +338,7 @@ static void far_from_the_origin(void **state) {
                               100.0 * noise);
                 check_near(name, error, 0.0, stated[i] + noise);
                 check_at_most("noise of that, over what is stated", noise,
-                              stated[i] * st_bluntness() / 2.0);
+                              stated[i] * (st_is_long() ? 1.0 : 1.5));
             }
         }
     }
