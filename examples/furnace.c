@@ -1,9 +1,10 @@
 /* The furnace: a white object in white light must vanish. Run it in your own renderer before any
-   picture: albedo 1, a white sky of radiance 1, no Fresnel factors. With SSS_WALK every sample of
-   every shape is 1, to the bit: that tests your shading, but not your hits, since a walk that is
-   lost outside mostly finds its way back. With a profile the mean is 1 where the object is flat
-   and thick against the mean free path. A thin slab has the closed form 2 A -
-   sss_within(thickness), and that does test the hits.
+   picture: albedo 1, a white sky of radiance 1, no Fresnel factors. With SSS_WALK and one mean free
+   path for all colours every sample of every shape is 1, to the bit. That tests your shading, but
+   not your hits, since a walk that is lost outside mostly finds its way back. Its medium comes from
+   sss_burley_mfp: at albedo 1 sss_burley has no volume, and nothing is traced. With a profile the
+   mean is 1 where the object is flat and thick against the mean free path. A thin slab has the
+   closed form 2 A - sss_within(thickness), and that does test the hits.
 
    What follows are the walk, the profile, and the profile with faults of a renderer, so that you
    know them when you see them. The slab lies on a plate. SPDX-License-Identifier: MIT */
@@ -58,7 +59,7 @@ static float lookup(const sss_medium *m, fault f, uint32_t seed) {
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 
-static float walk(const sss_medium *m, uint32_t seed) {
+static float walk(const sss_medium *m, uint32_t seed, long *segments) {
     sss_plan plan = {1, 1, SSS_WALK, 0, 0, 0};
     sss_resampler s;
     sss_probe segment;
@@ -66,23 +67,29 @@ static float walk(const sss_medium *m, uint32_t seed) {
     ray_hit hit;
 
     sss_begin(&s, m, &plan, entry_position(), entry_normal(), seed);
-    while (sss_next_probe(&s, &segment))
+    while (sss_next_probe(&s, &segment)) {
         if (closest_hit(SLAB, segment.origin, segment.direction, 0.0f, segment.length, &hit))
             sss_add_hit(&s, hit.position, hit.normal, 1.0f);
+        ++*segments;
+    }
     return sss_finish(&s, &exit) ? exit.weight[0] : 0.0f;
 }
 
 int main(void) {
     static const float white[3] = {1.0f, 1.0f, 1.0f}, dmfp[3] = {3.0f, 3.0f, 3.0f};
+    static const float mfp[3] = {0.05f, 0.05f, 0.05f};
     static tally walked, profile[FAULTS];
-    sss_medium m;
+    long segments = 0;
+    sss_medium m, volume;
 
     if (sss_burley(&m, white, dmfp) != SSS_OK) return 1;
+    if (sss_burley_mfp(&volume, white, mfp) != SSS_OK) return 1;
     for (uint32_t i = 0; i < LOOKUPS; ++i) {
-        tally_add(&walked, (double)walk(&m, sss_hash(5, i)));
+        tally_add(&walked, (double)walk(&volume, sss_hash(5, i), &segments));
         for (int f = NONE; f < FAULTS; ++f)
             tally_add(&profile[f], (double)lookup(&m, (fault)f, sss_hash(6, i)));
     }
+    printf("%.1f segments, ", (double)segments / LOOKUPS);
     tally_print(&walked, "the walk", 1.0);
     for (int f = NONE; f < FAULTS; ++f) {
         if (f == CLOSEST) puts("with a fault each:");

@@ -13,7 +13,7 @@ runs() {
 }
 
 # Each line "NAME: MEAN +- ERROR, truth T" up to one that says "with a fault each:". An error of 0
-# means that every sample is the truth. All examples together have 29 independent z-scores: the
+# means that every sample is the truth. All examples together have 32 independent z-scores: the
 # limit of 5 fails correct ones with a chance of 1e-5.
 agrees() {
     sed '/^with a fault each:/,$d; s/.*: //' "$work/$1.out" |
@@ -42,6 +42,9 @@ hint_pays() {
         awk '{ v[NR] = $3 * $3 } END { print v[4] / v[1]; exit !(v[4] < 0.5 * v[1]) }' FS='[ ,]+'
 }
 
+# On its way a walk has more than one segment.
+walk_walks() { awk '/segments, the walk/ { print; exit !($1 > 2) }' "$work/furnace.out"; }
+
 # example NAME LINES [LIMIT]: how many lines it prints, and the largest relative standard error,
 # 0.01 where nothing is said.
 example() {
@@ -59,6 +62,7 @@ example wavefront 3
 check "closest_hit has the digits of all_hits" same closest_hit
 check "wavefront has the digits of all_hits" same wavefront
 example walk 3
+example plan 3
 example tile 2 0.05
 check "sharing pays" sharing_pays
 example texture 3
@@ -68,6 +72,7 @@ example hint 6
 check "the hint pays" hint_pays
 example furnace 9
 check "the furnace shows the faults" faults_show furnace 7
+check "the furnace's walk goes through the volume" walk_walks
 example ball 5
 check "the ball shows the faults" faults_show ball 2
 finish
