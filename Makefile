@@ -50,7 +50,7 @@ help:
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
 	@echo 'make measure       measure anew what the READMEs quote, and fill it in (10 minutes)'
 	@echo 'make pictures      the same, and the pictures of the READMEs but for those of make chart'
-	@echo 'make test          build the tests and run them, 4 to 5 minutes; T=contract runs that one alone'
+	@echo 'make test          build the tests and run them, 3 to 4 minutes; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
 	@echo 'make test-mutants  plant bugs in the header; the tests must find each of them'
 	@echo 'make test-table    fill the figures of tests/README.md from the last make test'
@@ -184,7 +184,7 @@ measure: build/render build/share_noise build/mix build/mesh_share build/bench b
 	cp $(PRINTED:%=build/%.txt) $(KEPT)/
 	cp build/rabbit.png demos/
 	cp build/share.png demos/study/
-	demos/study/quote.sh README.md demos/study/README.md
+	demos/study/quote.sh README.md demos/study/README.md examples/README.md
 
 # What tests/test_window.sh compares with. Look at it before it is kept.
 test-pictures: build/exit_points build/noise

@@ -121,11 +121,11 @@ texts_are_the_figures() {
     done <demos/study/chart-caption.md
 }
 
-# What programs have printed is kept, and the two pages quote it.
+# What programs have printed is kept, and three pages quote it.
 texts_are_what_was_printed() {
     cat demos/study/measured/*.txt >"$work/printed"
     local page
-    for page in README.md demos/study/README.md; do
+    for page in README.md demos/study/README.md examples/README.md; do
         awk -v output="$work/printed" -f tutorial/weave.awk "$page" | diff "$page" - || return 1
     done
     [ "$(grep -c '<!-- = ' README.md)" -ge 5 ]

@@ -125,7 +125,7 @@ scales() { renders ball.obj --preset $1 --scale 1e-3 && renders ball.obj --prese
 
 # Of a model from elsewhere: at the same price less noise, and the picture shows something.
 model_renders() {
-    renders "$models/$1" && grep -q "resampled: noise 0\.[0-9]*, 0\.[0-9]* of plain's" "$work/said"
+    renders "$models/$1" --spp 128 && grep -q "resampled: noise 0\.[0-9]*, 0\.[0-9]* of plain's" "$work/said"
 }
 check_models() {
     local file

@@ -104,6 +104,7 @@ static inline sss_cl_result tracer_cl_render_tiles(tracer_cl *t, const scene *s,
                                                    uint32_t sample, float *rgb,
                                                    unsigned long long *probes,
                                                    unsigned long long *shaded) {
+    if (top >= bottom) return SSS_CL_OK; // no tiles
     int side = tracer_tile_side(settings), shift = tracer_tile_shift(settings, sample, 1u);
     int first = top * side - shift, last = bottom * side - shift;
     if (first < 0) first = 0;

@@ -124,14 +124,20 @@ int main(void) {
     printf("\n|---|---|---|---|---|---|\n");
     for (int k = 0; k < MEDIA; k++) print_row(&rows[k]);
 
-    double least = 1.0;
+    double least = 1.0, four_least = HUGE_VAL, four_most = 0.0;
     for (int k = 0; k < MEDIA; k++) {
-        if (rows[k].most >= 1.0f) continue;
+        if (rows[k].most >= 1.0f) {
+            four_least = fmin(four_least, rows[k].ratio[FOUR]);
+            four_most = fmax(four_most, rows[k].ratio[FOUR]);
+            continue;
+        }
         for (int i = HINTED; i < METHODS; i++) least = fmin(least, rows[k].ratio[i]);
     }
     printf("\nWith a length of %.2g pixels a hint divides the squared error by %.2g, and the plan "
            "with a hint by %.2g.\n",
            (double)rows[0].most, 1.0 / rows[0].ratio[HINTED], 1.0 / rows[0].ratio[PLAN_HINTED]);
+    printf("With a length of a pixel or more 4 candidates have from %.2f to %.2f of it.\n",
+           four_least, four_most);
     printf("With lengths below one pixel hint and plan divide it by %.2g at most.\n", 1.0 / least);
     mesh_close(&world);
     return 0;
