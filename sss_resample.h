@@ -1127,7 +1127,8 @@ SSSI_FN void sssi_set_dipole(sss_medium *m, int c, float flux, float sigma, floa
 
 /* The radius of a dipole with the tail SSSI_TAIL. Far away the tail is k e^(-s r) / r, which
    Lambert's W function solves: the guess uses W(v) = l (1 - ln(1 + l) / (2 + l)), l = ln(1 + v),
-   good to 2 %. Three Newton steps in the logarithm of the true tail follow. */
+   good to 2 %. Three Newton steps in the logarithm of the true tail follow. A channel that is not
+   live has no radius; it gets one that divides nothing by 0. */
 SSSI_FN float sssi_guess_r_max(const sss_medium *m, int c) {
     float zr = m->length[c], zv = m->zv[c], s = m->sigma[c];
     float k = m->flux[c] * (zr + zv) + m->fluence[c] * 0.5f * (zv - zr) * (zv + zr);
@@ -1136,7 +1137,7 @@ SSSI_FN float sssi_guess_r_max(const sss_medium *m, int c) {
     float l = sssi_log(1.0f + v);
     float w = l * (1.0f - sssi_log(1.0f + l) / (2.0f + l));
 
-    return v > 1e-3f ? w / s : q;
+    return sssi_max(v > 1e-3f ? w / s : q, 1e-15f);
 }
 SSSI_FN float sssi_better_r_max(const sss_medium *m, int c, float r) {
     float over = sssi_log(sssi_max(sssi_dipole_tail(m, c, r), SSSI_TINY) / SSSI_TAIL);
