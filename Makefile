@@ -48,7 +48,7 @@ help:
 	@echo 'make demo          render a rabbit by five methods in the same time: build/demo.png;'
 	@echo '                   then noise against resampling, in a window or as build/noise.png'
 	@echo 'make mesh          build/mesh FILE makes any mesh translucent: needs Embree and assimp, see make setup'
-	@echo 'make measure       measure anew what the READMEs quote, and fill it in (10 minutes)'
+	@echo 'make measure       measure anew what the READMEs quote, and fill it in (5 minutes)'
 	@echo 'make pictures      the same, and the pictures of the READMEs but for those of make chart'
 	@echo 'make test          build the tests and run them, 3 to 4 minutes; T=contract runs that one alone'
 	@echo 'make test-long     more of each, exhaustive sweeps, other processors and compilers (make setup-long first)'
