@@ -45,6 +45,25 @@ hint_pays() {
 # On its way a walk has more than one segment.
 walk_walks() { awk '/segments, the walk/ { print; exit !($1 > 2) }' "$work/furnace.out"; }
 
+# The two tables of examples/README.md are what the programs print: the furnace's means over the
+# truth, and the variances of hints over that without. Both have two or three digits there.
+tables_are_printed() {
+    {
+        sed -n '/segments/d; /truth/s/.*: //p' "$work/furnace.out" |
+            awk -F '[ ,]+' '{ print $1 / $5 }'
+        sed 's/.*: //' "$work/hint.out" |
+            awk -F '[ ,]+' 'NR == 1 { none = $3 } { print ($3 / none) ^ 2 }'
+    } >"$work/printed"
+    {
+        awk -F '|' '/^\| none /, /^$/ { if (NF) print $3 }' examples/README.md
+        sed -n '/^| no hint /,/^$/{ /^| 1 /p }' examples/README.md | tr -s '|* ' '\n' | sed '/^$/d'
+    } >"$work/shown"
+    paste "$work/printed" "$work/shown"
+    paste "$work/printed" "$work/shown" |
+        awk '{ off = $1 / $2 - 1; if (!(off < 0.02 && off > -0.02)) bad = 1; n++ }
+            END { exit bad || n != 14 }'
+}
+
 # example NAME LINES [LIMIT]: how many lines it prints, and the largest relative standard error,
 # 0.01 where nothing is said.
 example() {
@@ -72,6 +91,7 @@ example hint 6
 check "the hint pays" hint_pays
 example furnace 9
 check "the furnace shows the faults" faults_show furnace 7
+check "examples/README.md shows what they print" tables_are_printed
 check "the furnace's walk goes through the volume" walk_walks
 example ball 5
 check "the ball shows the faults" faults_show ball 2
