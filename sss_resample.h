@@ -50,10 +50,11 @@
        sum over exits of weight[c] * E(exit)
    equals
        the surface integral of Rd_c(|y - x|) E(y) dA(y).
-   It holds for every plan with SSS_CHORD and for all numbers of candidates and exits. A plan without
-   SSS_CHORD lacks the tail beyond the radius that holds all but 1e-4 of the widest channel's albedo.
-   SSS_DISK alone also misses faces at right angles to the entry's. SSS_SPHERE alone also has
-   infinite variance for Burley's profile. Use either alone on smooth surfaces or for teaching only.
+   It holds for every plan with SSS_CHORD and for all numbers of candidates and exits. A plan
+   without SSS_CHORD lacks the tail beyond the radius that holds all but 1e-4 of the widest
+   channel's albedo. SSS_DISK alone also misses faces at right angles to the entry's. SSS_SPHERE
+   alone also has infinite variance for Burley's profile. Use either alone on smooth surfaces or for
+   teaching only.
    With SSS_WALK the integral is over the paths through the volume instead.
 
    Densities are *intensities*: expected hits per unit of surface area. They integrate to the
