@@ -1433,15 +1433,15 @@ SSSI_FN sssi_optics sssi_make_optics(const sss_medium *m, unsigned techniques) {
 }
 
 SSSI_FN sss_result sssi_check_plan(const sss_plan *plan) {
-    unsigned alone = plan->techniques & (SSS_WALK | SSS_LAMBERT);
     unsigned probes = SSS_DISK | SSS_DISK_TANGENTS | SSS_SPHERE | SSS_CHORD;
+    unsigned models = SSS_WALK | SSS_LAMBERT;
+    int alone = plan->techniques == SSS_WALK || plan->techniques == SSS_LAMBERT;
     int room = SSS_MAX_EXITS;
 
     if (plan->candidates < 0 || plan->candidates > SSS_MAX_CANDIDATES) return SSS_BAD_PLAN;
     if (plan->exits < 0 || plan->exits > SSS_MAX_EXITS) return SSS_BAD_PLAN;
-    if (plan->techniques & ~(probes | alone)) return SSS_BAD_PLAN;
-    if (alone && plan->techniques != SSS_WALK && plan->techniques != SSS_LAMBERT)
-        return SSS_BAD_PLAN;
+    if (plan->techniques & ~(probes | models)) return SSS_BAD_PLAN;
+    if ((plan->techniques & models) && !alone) return SSS_BAD_PLAN;
     if (plan->per_channel && (plan->exits > 1 || room < 3)) return SSS_BAD_PLAN;
     return SSS_OK;
 }

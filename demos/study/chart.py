@@ -160,6 +160,20 @@ def finish(figure, path):
     plt.close(figure)
 
 
+def legend_above(figure, ax, height, size):
+    """The lines of one panel, named above all panels."""
+    figure.tight_layout(rect=(0, 0, 1, 0.93))
+    figure.legend(
+        *ax.get_legend_handles_labels(),
+        loc="upper center",
+        ncol=7,
+        frameon=False,
+        bbox_to_anchor=(0.5, height),
+        fontsize=size,
+        columnspacing=1.2,
+    )
+
+
 def race(rows, out):
     bodies = [
         ("thick", "sphere", 0.125),
@@ -203,23 +217,13 @@ def race(rows, out):
                 ax.set_ylabel(f"shading costs {cost} probes\n\ntotal error")
             if j == 1:
                 ax.set_xlabel("CPU time of a pixel, µs")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.suptitle(
         "Thick bodies: Lambert or one disk.\nCurved and thin ones: a shared profile for a quick look, "
         "then the walk",
         fontsize=14,
         y=0.99,
     )
-    figure.tight_layout(rect=(0, 0, 1, 0.93))
-    figure.legend(
-        handles,
-        labels,
-        loc="upper center",
-        ncol=7,
-        frameon=False,
-        bbox_to_anchor=(0.5, 0.93),
-        columnspacing=1.2,
-    )
+    legend_above(figure, axes[0, 0], 0.93, 13)
     finish(figure, f"{out}-race.png")
 
 
@@ -381,21 +385,10 @@ def on_mesh(rows, out):
         ax.set_title(titles[body], fontsize=12)
         ax.set_xlabel("CPU time of a pixel, µs")
     axes[0].set_ylabel("total error against the volume")
-    handles, labels = axes[0].get_legend_handles_labels()
     figure.suptitle(
         "On a mesh of 50,000 triangles, where rays cost what they cost", fontsize=13, y=0.975
     )
-    figure.tight_layout(rect=(0, 0, 1, 0.93))
-    figure.legend(
-        handles,
-        labels,
-        loc="upper center",
-        ncol=7,
-        frameon=False,
-        bbox_to_anchor=(0.5, 0.935),
-        fontsize=10.5,
-        columnspacing=1.2,
-    )
+    legend_above(figure, axes[0], 0.935, 10.5)
     finish(figure, f"{out}-mesh.png")
 
 

@@ -18,11 +18,13 @@ typedef struct mix_plan {
 } mix_plan;
 
 // The first two are what the others are measured against.
+enum { MIX_KING, MIX_FLOOR, MIX_DEFAULT, MIX_MEMO, MIX_HINTED = 11 };
 static const mix_plan mix_plans[] = {
-    {"King, 1 candidate", 1, 1, 0, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
-    {"floor: 256 candidates", 256, 0, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
-    {"default (disk 3 sphere 3 chord 2)", 8, 0, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
-    {"  the same, 16 independent", 16, 1, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
+    [MIX_KING] = {"King, 1 candidate", 1, 1, 0, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
+    [MIX_FLOOR] = {"floor: 256 candidates", 256, 0, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
+    [MIX_DEFAULT] =
+        {"default (disk 3 sphere 3 chord 2)", 8, 0, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
+    [MIX_MEMO] = {"  the same, 16 independent", 16, 1, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
     {"  the same, 8 independent", 8, 1, 0, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
     {"disk 4 chord 4", 8, 0, 0, {0.5f, 0.0f, 0.0f, 0.0f, 0.5f}},
     {"disk 4 tangents 2+2", 8, 0, 0, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
@@ -30,7 +32,7 @@ static const mix_plan mix_plans[] = {
     {"disk 4 sphere 2 chord 2", 8, 0, 0, {0.5f, 0.0f, 0.0f, 0.25f, 0.25f}},
     {"disk 2 sphere 4 chord 2", 8, 0, 0, {0.25f, 0.0f, 0.0f, 0.5f, 0.25f}},
     {"disk 2 sphere 5 chord 1", 8, 0, 0, {0.25f, 0.0f, 0.0f, 0.625f, 0.125f}},
-    {"default, light hint", 8, 0, 1, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
+    [MIX_HINTED] = {"default, light hint", 8, 0, 1, {0.375f, 0.0f, 0.0f, 0.375f, 0.25f}},
     {"disk 4 chord 4, hinted", 8, 0, 1, {0.5f, 0.0f, 0.0f, 0.0f, 0.5f}},
     {"disk 4 tangents 2+2, hinted", 8, 0, 1, {0.5f, 0.25f, 0.25f, 0.0f, 0.0f}},
     {"disk 2 sphere 5 chord 1, hinted", 8, 0, 1, {0.25f, 0.0f, 0.0f, 0.625f, 0.125f}},
@@ -133,11 +135,19 @@ static void mix_measure(mix_sums *sums, const scene *s, int scene_index, camera_
     {
         for (int p = 0; p < MIX_PLANS; p++) {
             sums->variance[scene_index][p] += v[p];
-            sums->log_floor[p] += log(v[p] / v[1]);
-            sums->log_king[p] += log(v[p] / v[0]);
+            sums->log_floor[p] += log(v[p] / v[MIX_FLOOR]);
+            sums->log_king[p] += log(v[p] / v[MIX_KING]);
         }
         sums->entries++;
     }
+}
+
+// The mean over the scenes of one plan's variance over another's.
+static double mix_mean(const mix_sums *sums, int plan, int over) {
+    double mean = 0.0;
+    for (int k = 0; k < MIX_SCENES; k++)
+        mean += sums->variance[k][plan] / sums->variance[k][over] / MIX_SCENES;
+    return mean;
 }
 
 static void mix_print(const mix_sums *sums) {
@@ -147,32 +157,24 @@ static void mix_print(const mix_sums *sums) {
     for (int k = 0; k < MIX_SCENES; k++) printf("%9s", scenes_known[k].name);
     printf("%9s%9s%9s\n", "mean", "typical", "/ King");
     for (int p = 0; p < MIX_PLANS; p++) {
-        double mean = 0.0, king = 0.0;
         printf("%-34s", mix_plans[p].name);
-        for (int k = 0; k < MIX_SCENES; k++) {
-            const double *v = sums->variance[k];
-            printf("%9.3f", v[p] / v[1]);
-            mean += v[p] / v[1] / MIX_SCENES;
-            king += v[p] / v[0] / MIX_SCENES;
-        }
-        printf("%9.3f%9.3f%9.4f\n", mean, exp(sums->log_floor[p] / sums->entries), king);
+        for (int k = 0; k < MIX_SCENES; k++)
+            printf("%9.3f", sums->variance[k][p] / sums->variance[k][MIX_FLOOR]);
+        printf("%9.3f%9.3f%9.4f\n", mix_mean(sums, p, MIX_FLOOR),
+               exp(sums->log_floor[p] / sums->entries), mix_mean(sums, p, MIX_KING));
     }
     printf("typical: geometric mean over all %d entries and media.\n", sums->entries);
 }
 
 // The default over 16 independent candidates: by scene, in the mean, and at a typical entry.
 static void mix_print_memo(const mix_sums *sums) {
-    enum { DEFAULT = 2, MEMO = 3 };
-    double strata = 0.0, memo = 0.0;
+    double mean = mix_mean(sums, MIX_DEFAULT, MIX_FLOOR) / mix_mean(sums, MIX_MEMO, MIX_FLOOR);
+    double typical = (sums->log_floor[MIX_DEFAULT] - sums->log_floor[MIX_MEMO]) / sums->entries;
     printf("\n8 stratified candidates over 16 independent ones:");
-    for (int k = 0; k < MIX_SCENES; k++) {
-        const double *v = sums->variance[k];
-        printf(" %s %.2f,", scenes_known[k].name, v[DEFAULT] / v[MEMO]);
-        strata += v[DEFAULT] / v[1];
-        memo += v[MEMO] / v[1];
-    }
-    double typical = (sums->log_floor[DEFAULT] - sums->log_floor[MEMO]) / sums->entries;
-    printf(" mean %.3f, typical %.2f.\n", strata / memo, exp(typical));
+    for (int k = 0; k < MIX_SCENES; k++)
+        printf(" %s %.2f,", scenes_known[k].name,
+               sums->variance[k][MIX_DEFAULT] / sums->variance[k][MIX_MEMO]);
+    printf(" mean %.3f, typical %.2f.\n", mean, exp(typical));
 }
 
 // As demos/study/README.md shows it: means over the scenes.
@@ -180,21 +182,15 @@ static void mix_print_table(const mix_sums *sums) {
     static const struct {
         const char *name;
         int plan;
-    } row[] = {{"plain: one probe on three axes", 0},
-               {"16 candidates, independent (the memo)", 3},
-               {"**default: 8 candidates, stratified**", 2},
-               {"floor: 256 candidates", 1},
-               {"**default, with a light hint** (n.l + 0.05)", 11}};
+    } row[] = {{"plain: one probe on three axes", MIX_KING},
+               {"16 candidates, independent (the memo)", MIX_MEMO},
+               {"**default: 8 candidates, stratified**", MIX_DEFAULT},
+               {"floor: 256 candidates", MIX_FLOOR},
+               {"**default, with a light hint** (n.l + 0.05)", MIX_HINTED}};
     printf("\n| one lookup, one shaded exit | over plain | over the floor |\n|---|---|---|\n");
-    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
-        double plain = 0.0, floor = 0.0;
-        for (int k = 0; k < MIX_SCENES; k++) {
-            const double *v = sums->variance[k];
-            plain += v[row[i].plan] / v[0] / MIX_SCENES;
-            floor += v[row[i].plan] / v[1] / MIX_SCENES;
-        }
-        printf("| %s | %.3f | %.3f |\n", row[i].name, plain, floor);
-    }
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        printf("| %s | %.3f | %.3f |\n", row[i].name, mix_mean(sums, row[i].plan, MIX_KING),
+               mix_mean(sums, row[i].plan, MIX_FLOOR));
 }
 
 int main(int argc, char **argv) {
