@@ -172,7 +172,7 @@ pictures: build/exit_points failures which-model measure
 	cp build/failures.png build/failures-four.png demos/study/
 	build/exit_points --headless --png demos/exit_points.png
 
-# What the programs print is kept, and fills the figures of the two pages that quote it.
+# What the programs print is kept, and fills the figures of the three pages that quote it.
 KEPT := demos/study/measured
 PRINTED := rabbit share_noise mix model_error mesh_share bench
 measure: build/render build/share_noise build/mix build/mesh_share build/bench build/bench_exits model-error

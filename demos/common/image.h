@@ -3,8 +3,8 @@
 //
 // FONT_FILE is the TrueType font of the captions, named when the program is built.
 //
-// What can fail returns a text, here and in all of demos/common: NULL for success, or a short reason
-// to print after the file's name. An int answers a question: 1 for yes, 0 for no.
+// What can fail returns a text, here and in all of demos/common: NULL for success, or a short
+// reason to print after the file's name. An int answers a question: 1 for yes, 0 for no.
 #ifndef IMAGE_H
 #define IMAGE_H
 
