@@ -1,6 +1,6 @@
-// share_noise.c - what the noise of shared exits looks like: a part of the bear, each exit for its own
-// lookup on the left and shared on the right, after 1 and after 16 samples a pixel, with the error
-// below. Usage: share_noise FILE.png
+// share_noise.c - what the noise of shared exits looks like: a part of the bear, each exit for its
+// own lookup on the left and shared on the right, after 1 and after 16 samples a pixel, with the
+// error below. Usage: share_noise FILE.png
 // SPDX-License-Identifier: MIT
 #define _XOPEN_SOURCE 700
 
